@@ -13,12 +13,12 @@ from .multistart import search
 from .problem import Problem
 from .result import FitResult
 
-#: First step of a logarithm, and the factor of the next ones.
+#: Largest first step of a logarithm, and the factor of the next ones.
 _FIRST, _GROWTH = 0.05, 1.8
 #: Largest distance of a logarithm within which a limit is searched: a factor of 1e6.
 _REACH = float(np.log(1e6))
-#: Error of a limit's logarithm.
-_CLOSE = 1e-3
+#: Error of a limit, relative to its distance from the fit; least share of a bracket by which it shrinks.
+_CLOSE, _EDGE = 5e-3, 0.1
 #: Range of coordinates that floating-point numbers resolve.
 _RANGE = 100.0
 _EVALUATIONS = 60
@@ -32,8 +32,8 @@ def limits(fit: FitResult, k: int, widening: float = 1.0) -> tuple[float, float]
     from scipy.stats import f as fisher
 
     freedom = fit.degrees_of_freedom
-    allowed = fit.sum_of_squares * (1 + float(fisher.ppf(0.95, 1, freedom)) * widening**2 / freedom)
-    ends = [_end(fit, k, side, allowed) for side in (-1.0, 1.0)]
+    gain = fit.sum_of_squares * float(fisher.ppf(0.95, 1, freedom)) * widening**2 / freedom
+    ends = [_end(fit, k, side, gain) for side in (-1.0, 1.0)]
     lower, upper = fit.problem.moved[k].lower, fit.problem.moved[k].upper
     return (lower if ends[0] is None else ends[0]), (upper if ends[1] is None else ends[1])
 
@@ -53,30 +53,40 @@ def least_squares(problem: Problem, start: Array) -> tuple[Array, float]:
     return np.clip(best.parameters, -_RANGE, _RANGE), best.sum_of_squares
 
 
-def _end(fit: FitResult, k: int, side: float, allowed: float) -> float | None:
-    """Return the value at which the sum of squares reaches ``allowed``; None where it does not within the reach."""
+def _end(fit: FitResult, k: int, side: float, gain: float) -> float | None:
+    """Return the value at which the sum of squares has grown by ``gain``; None where it does not within the reach."""
     problem, label, centre = fit.problem, fit.labels[k], fit.coordinates
-    rest = np.delete(centre, k)
+    rest, limit = np.delete(centre, k), float(np.sqrt(gain))
 
     def value(distance: float) -> float:
         x = centre.copy()
         x[k] += side * distance
         return float(problem.scales.values(x)[k])
 
-    inside, step = 0.0, _FIRST
+    def misfit(distance: float) -> tuple[Array, float]:
+        """Return the other coordinates, and the root of the growth, which is about linear in the distance."""
+        found, squares = least_squares(problem.holding(label, value(distance)), rest)
+        return found, float(np.sqrt(max(squares - fit.sum_of_squares, 0.0)))
+
+    own = float(fit.errors[k] / fit.units[k])
+    step = min(2 * own, _FIRST) if np.isfinite(own) and own > 0 else _FIRST
+    inside, low = 0.0, 0.0
     while True:
         outside = min(inside + step, _REACH)
-        found, squares = least_squares(problem.holding(label, value(outside)), rest)
-        if squares > allowed:
+        found, high = misfit(outside)
+        if high > limit:
             break
         if outside >= _REACH:
             return None
-        inside, rest, step = outside, found, step * _GROWTH
-    while outside - inside > _CLOSE * max(1.0, outside):
-        middle = (inside + outside) / 2
-        found, squares = least_squares(problem.holding(label, value(middle)), rest)
-        if squares > allowed:
-            outside = middle
+        inside, low, rest, step = outside, high, found, step * _GROWTH
+    while outside - inside > _CLOSE * outside:
+        share = (limit - low) / (high - low)
+        middle = inside + float(np.clip(share, _EDGE, 1 - _EDGE)) * (outside - inside)
+        found, there = misfit(middle)
+        if abs(there - limit) < _CLOSE * limit:
+            return value(middle)
+        if there > limit:
+            outside, high = middle, there
         else:
-            inside, rest = middle, found
+            inside, low, rest = middle, there, found
     return value((inside + outside) / 2)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import ComplexArray, plain
 from ..errors import InputError, SolveError, argument
-from ..findings import Finding, Warned
+from ..findings import Finding, Warned, by_importance
 from ..fit.estimate import Estimate, Estimated
 from ..fit.identifiability import DETERMINED
 from ..fit.intervals import uncertainties
@@ -32,6 +32,11 @@ from .sheets_model import SHEETS, Contact, Fitted, Line, SheetsModel, fit_sheets
 
 #: Relative standard error above which intervals are profiles.
 _CURVED = 0.1
+#: Ratio of the ends of its interval up to which the sheets' resistance is told from others. Where the sheets hardly
+#: show, noise makes them seem larger and sharper together, so that an interval above zero is not enough.
+_SEPARATED = 2.0
+#: Sine of the angle between its effect and those of all others above which noise alone hides it.
+_APART = 0.05
 #: abs(gamma L) below which the sheets act as a resistor in series, and above which terminals see r/y alone.
 _SERIES, _LONG = 1.0, 3.0
 #: Factor of frequencies beyond the measured ones in which abs(gamma L) is followed.
@@ -40,7 +45,7 @@ _BEYOND = 1e4
 #: Factor of the error from which a longer strip is asked for, not a piece of it.
 _MUCH = 10.0
 
-Separable = Literal["yes", "no: too short", "no: too long", "no"]
+Separable = Literal["yes", "yes: in the noise", "no: too short", "no: too long", "no"]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -160,6 +165,10 @@ def identify_sheets(
     verdict = _verdict(found, parameters[SHEETS.name])
     findings = [note.about(d.source) if len(data) > 1 else note for d in data for note in d.notes]
     findings += _on_sheets(found, parameters[SHEETS.name], verdict)
+    loose = [name for name, e in parameters.items() if e.interval and e.reported[0] > DETERMINED * e.value]
+    if loose := [name for name in loose if name != SHEETS.name]:
+        reason = f"standard error over {DETERMINED:.0%}: {', '.join(loose)}"
+        findings.append(Finding("not-determined", values={"reason": reason}))
     for k, d in enumerate(data):
         findings += spectrum_findings(d, found.fit.residuals_of(k), found.model.kind.name)
     return SheetsFit(
@@ -172,8 +181,8 @@ def identify_sheets(
         data=data,
         parameters=parameters,
         gamma_length=0.0 if found.bare else float(found.gamma_length().max()),
-        separable=verdict == "yes",
-        findings=tuple(findings),
+        separable=verdict.startswith("yes"),
+        findings=tuple(by_importance(findings)),
     )
 
 
@@ -275,9 +284,10 @@ def _verdict(found: Fitted, sheets: Estimate) -> Separable:
     interval = sheets.interval
     assert interval is not None
     low, high = interval
-    error = sheets.reported[0]
-    if low > 0 and np.isfinite(high) and error <= DETERMINED * sheets.value and high <= low * np.exp(4 * DETERMINED):
+    if low > 0 and high <= _SEPARATED * low:
         return "yes"
+    if found.apart > _APART:
+        return "yes: in the noise"
     if found.bare or found.gamma_length().max() < _SERIES:
         return "no: too short"
     return "no: too long" if found.gamma_length().min() > _LONG else "no"
@@ -300,6 +310,8 @@ def _on_sheets(found: Fitted, sheets: Estimate, verdict: Separable) -> list[Find
     parts = [f"at least {low:.3g}"] if low else []
     parts += [f"at most {high:.3g}"] if np.isfinite(high) else []
     bounds = " and ".join(parts) or "of any size"
+    if verdict == "yes: in the noise":
+        return [*result, Finding("sheets-in-the-noise", values={"bounds": bounds})]
     reach = float(found.gamma_length(high).max()) if np.isfinite(high) else float(gamma.max())
     code = {"no: too short": "sheets-in-series", "no: too long": "sheets-too-long"}.get(verdict, "sheets-not-separable")
     values = {"bounds": bounds, "most": reach, "least": float(gamma.min()), "model": model}

@@ -9,7 +9,7 @@ no sheets' resistance.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, get_args
 
@@ -182,34 +182,42 @@ class Fitted:
 
         It has the frequencies, weights and noise of the first one. Infinite where that would leave them open.
         """
-        first = self.lines[0]
-        more = Line(length, first.width, first.reference, first.contact, first.contact_length)
-        pairs = [*zip(self.data, self.lines, strict=True), (self.data[0], more)]
+        more = replace(self.lines[0], length=length)
+        return self._alone([*zip(self.data, self.lines, strict=True), (self.data[0], more)])[0] * self.fit.deviation
+
+    @property
+    def apart(self) -> float:
+        """Sine of the angle between the effect of the sheets' resistance and all that the others can do: 0 for none."""
+        return self._alone([*zip(self.data, self.lines, strict=True)])[1]
+
+    def _alone(self, pairs: Sequence[tuple[ImpedanceData, Line]]) -> tuple[float, float]:
+        """Return the standard error of the sheets' resistance for a noise of one, and `apart`, of spectra of lines.
+
+        By slopes of the resistance itself, which have no singularity at zero.
+        """
         names = [n for n in self.model.names if n not in self.fixed]
         values, columns = self.values, []
-        size = float(np.median(self.data[0].spectrum.modulus)) / first.unit
+        size = float(np.median(self.data[0].spectrum.modulus)) / self.lines[0].unit
         for name in names:
             k = self.model.names.index(name)
             step = np.zeros(len(values))
             step[k] = _STEP * (size if name == SHEETS.name else abs(values[k]) or size)
-            sets = np.array([values + step, values - step])
-            numbers = []
+            sets, numbers = np.array([values, values + step, values - step]), []
             for d, line in pairs:
-                at = self.model.impedance(values[None], d.s, line)[0]
-                above, below = self.model.impedance(sets, d.s, line)
+                at, above, below = self.model.impedance(sets, d.s, line)
                 slope = (above - below) / (2 * step[k]) / np.abs(at)
                 numbers.append(np.concatenate([slope.real, slope.imag]))
             columns.append(np.concatenate(numbers))
         slopes = np.array(columns).T
         lengths = np.linalg.norm(slopes, axis=0)
         if not (np.isfinite(slopes).all() and (lengths > 0).all()):
-            return float("inf")
+            return float("inf"), 0.0
         upper = np.linalg.qr(slopes / lengths, mode="r")
         if not np.linalg.cond(upper) < _SINGULAR:
-            return float("inf")
+            return float("inf"), 0.0
         at = names.index(SHEETS.name)
-        share = np.linalg.norm(np.linalg.inv(upper)[at]) / lengths[at]
-        return float(share * self.fit.deviation)
+        share = float(np.linalg.norm(np.linalg.inv(upper)[at]))
+        return share / float(lengths[at]), 1 / share
 
 
 def fit_sheets(model: SheetsModel, data: tuple[ImpedanceData, ...], lines: tuple[Line, ...], seed: int = 0) -> Fitted:
@@ -229,6 +237,9 @@ def fit_sheets(model: SheetsModel, data: tuple[ImpedanceData, ...], lines: tuple
     x, squares = _best(problem, starts)
     if not np.isfinite(squares):
         raise SolveError(f"no fit of model {kind.name} with sheets converges")
+    values = problem.scales.values(x)
+    values[: len(kind.names)] = values[kind.order(values[: len(kind.names)])]
+    x = problem.scales.coordinates(values)
     open_path = max(d.open_path() for d in data)
     fit, fixed, bare = _determined(problem, x, LEAST * size, open_path)
     if DC in fit.labels:  # an electron path must improve the BIC

@@ -99,11 +99,20 @@ def test_exact_spectra_of_two_lengths_give_it_back(sheets: float) -> None:
     assert fit.gamma_length == pytest.approx(np.abs(np.sqrt(2 * sheets / WIDTH * admittance(F))).max() * LENGTH)
 
 
-@pytest.mark.parametrize(("sheets", "expected"), [(0.244, 0.59), (1.0, 0.038), (5.0, 0.0027)])
-def test_error_of_one_spectrum_at_a_noise_of_a_thousandth(sheets: float, expected: float) -> None:
-    data = (ImpedanceData.of(spectrum(sheets)),)
-    problem = RC.problem(data, lines(LENGTH))
-    fit = _result(problem, problem.scales.coordinates(np.array([*PORT, 2 * sheets])))
+@pytest.mark.parametrize(
+    ("sheets", "lengths", "expected"),
+    [
+        (0.244, (LENGTH,), 0.59),
+        (1.0, (LENGTH,), 0.038),
+        (5.0, (LENGTH,), 0.0027),
+        (0.244, (0.02, LENGTH), 0.0062),
+    ],
+)
+def test_standard_error_at_a_noise_of_a_thousandth(sheets: float, lengths: tuple[float, ...], expected: float) -> None:
+    # a small noise, at whose fit the slopes are those at the truth; its errors are in proportion
+    data = tuple(ImpedanceData.of(spectrum(sheets, length, 1e-6, 20 + k)) for k, length in enumerate(lengths))
+    problem = RC.problem(data, lines(*lengths))
+    fit = _result(problem, least_squares(problem, np.log([*PORT, 2 * sheets]))[0])
     relative = fit.errors[-1] / fit.values[-1] / fit.deviation * 1e-3
     assert relative == pytest.approx(expected, rel=0.1)
 
@@ -125,7 +134,7 @@ def test_intervals_hold_the_resistance_in_95_of_100_sets(sheets: float, lengths:
 
 
 def test_one_spectrum_of_good_sheets_does_not_tell_them_and_says_what_would() -> None:
-    for sheets in (0.02, 0.244):
+    for sheets in (1e-9, 0.244):
         fit = ilg.identify_sheets(spectrum(sheets, noise=1e-3, seed=4), "35mm", width=WIDTH, model="rc")
         low, high = fit["sheet_resistance"].interval or (1.0, 1.0)
         assert low == 0 < 2 * sheets < high < 1.0
@@ -141,6 +150,15 @@ def test_one_spectrum_of_good_sheets_does_not_tell_them_and_says_what_would() ->
     assert better.separable
     assert not better.findings
     assert 1.96 * (better["sheet_resistance"].stderr or 0.0) == pytest.approx(advised["error"], rel=0.3)
+
+
+def test_two_lengths_of_sheets_without_resistance_give_a_limit() -> None:
+    both = [spectrum(1e-9, 0.02, 1e-3, 1), spectrum(1e-9, LENGTH, 1e-3, 2)]
+    fit = ilg.identify_sheets(both, [0.02, LENGTH], width=WIDTH, model="rc")
+    low, high = fit["sheet_resistance"].interval or (1.0, 1.0)
+    assert low == 0 < high < 0.02
+    assert fit.separable
+    assert codes(fit.findings) == {"sheets-in-the-noise"}
 
 
 def test_spectra_of_long_lines_give_a_lower_limit() -> None:
