@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from spice import ngspice
+from spice import ngspice, with_ngspice
 
 import ilg_circuit as ilg
 
 
+@with_ngspice
 def test_deck_and_library_with_a_source_of_current(tmp_path: Path) -> None:
     """Plain ``ngspice -b``: the deck, and an I source from ground into the library's plus pin, make 4.809428 V."""
     ilg.netlist("paper", "current:10mA", "300 s").save(tmp_path / "deck.cir")
