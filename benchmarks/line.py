@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 from figure import Figure
@@ -38,8 +39,8 @@ def cost(strip: Actuator, engine: str, beam: str) -> float:
     return min(found[1:])
 
 
-def line(sheet: float, cells: int, **others: object) -> Actuator:
-    return replace(PAPER, electrodes=Electrodes(sheet, sheet, cells=cells, **others))  # type: ignore[arg-type]
+def line(sheet: float, cells: int, **others: Any) -> Actuator:
+    return replace(PAPER, electrodes=Electrodes(sheet, sheet, cells=cells, **others))
 
 
 def error(sheet: float, frequency: float, cells: int) -> float:

@@ -188,7 +188,7 @@ def _from_python(path: Path) -> Controller:
 
     try:
         names = run_path(str(path))
-    except Exception as error:
+    except Exception as error:  # the file is the user's program: whatever it raises ends as one line
         raise InputError(f"'{path}' cannot be run: {type(error).__name__}: {error}") from None
     found: Any = names.get("controller", SimpleNamespace(step=names.get("step")))
     if not callable(getattr(found, "step", None)):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -147,7 +148,7 @@ class _Loop:
             voltage = float(self.controller.step(reference, measured))
         except IlgError:
             raise
-        except Exception as error:
+        except Exception as error:  # the code is the user's: whatever it raises ends as one line
             kind, said = type(error).__name__, first_line(error)
             raise SolveError(f"the controller's step raised {kind} at {time:g} s: {said}") from None
         if not np.isfinite(voltage):
@@ -170,7 +171,7 @@ def run_exact(net: Netlist, *loop: Any) -> Waves:
     found = np.zeros((len(events.times), 3))
     for place, time in enumerate(events.times.tolist()):
         at = float(c[y] @ x)
-        u = events.arrive(place, lambda at=at: at)  # type: ignore[misc]
+        u = events.arrive(place, partial(float, at))
         found[place] = at, float(c[i] @ x + d[i] * u), u
         if place + 1 < len(events.times):
             width = round(float(events.times[place + 1]) - time, 14)
