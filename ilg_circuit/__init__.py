@@ -122,7 +122,8 @@ if not TYPE_CHECKING:
             return import_module(f"{__name__}.front.results")
         for place, names in _PLACES.items():
             if name in names:
-                found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
+                with import_module(f"{__name__}.extras").whole():
+                    found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
                 return found
         results = import_module(f"{__name__}.front.results")
         hint = f"; it is {__name__}.results.{name}" if name in results.__all__ else ""
