@@ -17,9 +17,9 @@ from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..measurements.voltage import simplified
-from ..simulation import closed_forms as formulas
 from ..simulation.superposition import superpose
 from ..strip.models import ElectricalModel
+from .modal import driven_modes, second_order_waves
 
 _MOST_SAMPLES = 500
 _RATES = 40
@@ -145,10 +145,9 @@ class CouplingSearch:
         self._after = self._t >= 0
         frequencies = _rate_grid(self._t[self._after], _FREQUENCIES)
         self._grid = [(zeta, float(wn)) for zeta in _DAMPINGS for wn in frequencies]
+        zeta, wn = np.array(self._grid).T
         simple, later = _coarse(drive), self._t[self._after]
-        self._waves = np.array(
-            [superpose(simple, later, lambda kind, time, at=at: _second_order(kind, time, *at)) for at in self._grid]
-        )
+        self._waves = second_order_waves(zeta, wn, lambda poles: driven_modes(poles, simple, later))
 
     def start(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, float]:
         """Return ((Kd, Zd, zeta', wn'), sign) of samples up to ``end`` [s]; sign -1: it falls as the voltage rises.
@@ -245,18 +244,6 @@ def _rate_grid(t: Array, count: int) -> Array:
 def _high_pass(kind: str, time: Array, rate: Array) -> Array:
     """Return s/(s + rate) of a step or a ramp; ``rate`` (n, 1), result (n, time)."""
     return np.exp(-rate * time) if kind == "step" else -np.expm1(-rate * time) / rate
-
-
-def _second_order(kind: str, time: Array, zeta: float, wn: float) -> Array:
-    """Return wn^2/(s^2 + 2 zeta wn s + wn^2) and s wn/(...) of a step or a ramp, (2, time).
-
-    As a displacement with Kd = wn^2/Zd the first is the part that a zero Zd far away leaves; the second is what a zero
-    at wn adds to it.
-    """
-    answer = formulas.displacement_step if kind == "step" else formulas.displacement_ramp
-    far = 1e9 * wn
-    first = answer(time, wn**2 / far, far, zeta, wn, 1.0)
-    return np.stack([first, answer(time, wn, wn, zeta, wn, 1.0) - first])
 
 
 def _linear_fit(basis: Array, data: Array, beside: Array | None = None) -> tuple[Array, float]:
