@@ -20,7 +20,7 @@ from ..solve.state_space import StateSpace, state_space
 from ..strip.port import Port
 
 #: Step of a parameter's logarithm by which matrices are compared for their derivatives.
-STEP = 1e-4
+STEP = 1e-5
 #: values (m, parameters) -> ports with these values
 Ports = Callable[[Array], list[Port]]
 

@@ -267,7 +267,7 @@ def _linear_fits(basis: Array, choices: NDArray[np.intp], data: Array, beside: A
     The sum of squares is infinite where the columns are linearly dependent.
     """
     basis, data = _without(basis, beside), _without(data, beside)
-    upper = np.linalg.qr(np.column_stack([basis, data]), mode="r")  # the fits of all choices have this factor
+    upper = np.asarray(np.linalg.qr(np.column_stack([basis, data]), mode="r"))  # the factor of all choices
     columns = upper[:, choices].transpose(1, 0, 2)
     size = np.linalg.norm(columns, axis=1)
     size[size == 0] = 1.0

@@ -150,9 +150,7 @@ def page(result: Identification, drawn: bytes | None = None) -> Page:
     about = "measurements, fit, prediction, residuals"
     told = [("model", result.model), ("measured", files(result)), ("largest rms of the residuals", _worst(result))]
     sections = [
-        Section(
-            "Data, fit and residuals", [embedded(drawn, about) if drawn else picture(figure(result), about)]
-        ),
+        Section("Data, fit and residuals", [embedded(drawn, about) if drawn else picture(figure(result), about)]),
         *_check_sections(result),
         Section("Residuals of every file", [_comparison(result), *(Prose(n) for n in comparison_notes(result))]),
         *([Section("Candidates", [_candidates(result), Prose(f"{_basis(result)}.")])] if result.candidates else []),

@@ -85,7 +85,7 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
 def modal_slopes(
     system: StateSpace, output: str, drive: Drive, times: Array, step: float
 ) -> tuple[Array, Array] | None:
-    """Return one output (times,) of a netlist, and its derivatives (times, p) by p coordinates; None where modes cancel.
+    """Return one output (times,) of a netlist and its derivatives (times, p) by p coordinates; None where modes cancel.
 
     ``system`` are 2 p + 1 netlists: this one, those with each coordinate greater by ``step``, those with each smaller.
     Only their matrices are compared. In the modes x_j of the first, x_j = b_j W_j with W_j' = p_j W_j + u, and

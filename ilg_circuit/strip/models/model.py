@@ -272,7 +272,9 @@ class ElectricalModel:
 
     @cached_property
     def _signed(self) -> tuple[bool, ...]:
-        return tuple(any(a.of_either_sign and a.parameter.name == p.name for a in self.additions) for p in self.parameters)
+        return tuple(
+            any(a.of_either_sign and a.parameter.name == p.name for a in self.additions) for p in self.parameters
+        )
 
     @cached_property
     def _split(self) -> int:
