@@ -157,9 +157,9 @@ def _waves(poles: NDArray[Any], drive: Drive, times: Array) -> Iterator[tuple[sl
         gained = width * (start[part, None, None] * once + slopes[part, None, None] * width * twice)
         states = np.concatenate([state[None], recursion(np.exp(z), gained, state)])
         state = states[-1]
-        # the last state of a block is the first of the next one
+        # the last state of a block is the first of the next one, to which only what follows an edge belongs
         last = first + len(states) - 1
-        begin, end = np.searchsorted(places, [first, last if few else last + 1]).tolist()
+        begin, end = np.searchsorted(places, [first, last] if few else [first + bool(first), last + 1]).tolist()
         if not few:
             yield slice(begin, end), states[places[begin:end] - first]
             continue

@@ -87,6 +87,22 @@ def test_a_long_record_goes_in_blocks() -> None:
     )
 
 
+@pytest.mark.parametrize("samples", [600, 2100])
+def test_a_drive_of_many_knots_goes_in_blocks(samples: int) -> None:
+    random = np.random.default_rng(4)
+    drive = PiecewiseLinear(np.linspace(0.0, 60.0, 4100), np.append(0.0, random.standard_normal(4099)))
+    t, ports = np.linspace(0.0, 60.0, samples), [electrical_model("rc2").port(VALUES["rc2"], 2.0)]
+    exact = currents(ports, drive, t, "exact")
+    found = modal_currents(ports, drive, t)
+    assert found == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
+    values = np.array(VALUES["rc2"])
+    slopes = modal_current_slopes([electrical_model("rc2").port(v, 2.0) for v in perturbed(values).tolist()], drive, t)
+    assert slopes is not None
+    assert slopes[0] == pytest.approx(exact[0], abs=1e-9 * np.abs(exact).max())
+    finer = modal_currents(ports, drive, np.linspace(0.0, 60.0, 14 * (samples - 1) + 1))  # more samples than knots
+    assert finer[:, ::14] == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
+
+
 # -- the whole strip ---------------------------------------------------------------------------------------------------
 
 TIMES = {
