@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from .front.each import identify_each
     from .front.fits import identify, ogden
     from .front.given import load
+    from .front.learning import learn
     from .front.models import register_model
     from .front.pages import page
     from .front.runs import impedance, sense, simulate
@@ -70,6 +71,7 @@ __all__ = [
     "identify_sheets",
     "impedance",
     "kit",
+    "learn",
     "library",
     "load",
     "netlist",
@@ -101,6 +103,7 @@ _PLACES = {
     "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),
     "front.given": ("load",),
+    "front.learning": ("learn",),
     "front.models": ("register_model",),
     "front.pages": ("page",),
     "front.runs": ("impedance", "sense", "simulate"),

@@ -45,6 +45,7 @@ ORDER = (
     "pareto_front",
     "tune_a_controller",
     "follow_a_path",
+    "learn_over_trials",
     "close_the_loop",
     "netlists",
     "own_driver",

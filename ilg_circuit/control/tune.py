@@ -194,11 +194,7 @@ def tune(
     """
     kind_of(kind)
     _require(step, limit, delay, sensitivity, overshoot)
-    if draws is None:
-        draws = DRAWS if actuator.uncertainty is not None else 0
-    if draws < 0 or draws > 10_000:
-        raise InputError(f"{argument('draws')} is {draws}; give 0 to 10000")
-    plants = plants_of(actuator, beam=beam, load=load, draws=draws, seed=seed)
+    plants = plants_of(actuator, beam=beam, load=load, draws=draws_of(actuator, draws), seed=seed)
     bound = fastest_settling(plants[0], step, limit)
     if settling is not None and not settling >= bound:
         raise SolveError(
@@ -234,6 +230,15 @@ def tune(
     )
     object.__setattr__(tuned, "findings", _findings(tuned))
     return tuned
+
+
+def draws_of(actuator: Actuator, draws: int | None) -> int:
+    """Return how many samples of a strip's covariance are taken. Raises InputError for too many."""
+    if draws is None:
+        return DRAWS if actuator.uncertainty is not None else 0
+    if not 0 <= draws <= 10_000:
+        raise InputError(f"{argument('draws')} is {draws}; give 0 to 10000")
+    return draws
 
 
 def _require(step: float, limit: float, delay: float, sensitivity: float, overshoot: float) -> None:

@@ -19,10 +19,9 @@ from ..control.track import NODES, Tracked
 from ..control.track import track as track_room
 from ..control.tune import OVERSHOOT, Tuned
 from ..control.tune import tune as tune_room
-from ..drive import PiecewiseLinear
 from ..errors import InputError, argument, checked
 from ..extras import require_control, require_python_control
-from .given import Driven, Given, Strip, drive_of, engine_of, optional, quantity
+from .given import Driven, Given, Strip, drive_of, engine_of, lasting, optional, quantity
 from .given import load as strip_of
 from .goals import gains_of, goals_of
 
@@ -197,10 +196,6 @@ def track(
     actuator = strip_of(strip)
     seconds = None if duration is None else quantity(duration, "s", "duration")
     source = drive_of(path, seconds or 0.0, "m")
-    if seconds is None:
-        if not (isinstance(source, PiecewiseLinear) and source.times[-1] > 0):
-            raise InputError(f"{argument('duration')} is missing: say how long, such as '300 s'")
-        seconds = float(source.times[-1])
     limits = Limits(
         quantity(voltage, "V", "voltage"),
         optional(slew, "V/s", "slew"),
@@ -209,7 +204,7 @@ def track(
     )
     chosen = engine or ("exact" if actuator.material.model.linear else engine_of(None, actuator))
     how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen}
-    return track_room(actuator, source, seconds, limits, nodes=nodes, **how)
+    return track_room(actuator, source, lasting(source, seconds), limits, nodes=nodes, **how)
 
 
 @checked

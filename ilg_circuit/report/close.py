@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..units import format_quantity
-from .axes import GREY, ORANGE, Axes, Figure, Panels, curve, heading, legend_above, new_figure
-from .response import over_time
+from . import followed
+from .axes import ORANGE, Axes, Figure, Panels
 
 if TYPE_CHECKING:
     from ..control.close import Closed
@@ -62,43 +62,18 @@ def summary(closed: Closed) -> str:
 
 def figure(closed: Closed) -> Figure:
     """Return reference and displacement, the error, the voltage over time."""
-    figure, axes = new_figure(3, [1.8, 1.1, 1.3])
-    for panel, draw in zip(axes, (_displacement, _error, _voltage), strict=True):
-        draw(closed, panel)
-    axes[-1].set_xlabel("time [s]")
-    figure.align_ylabels(axes)
-    heading(figure, headline(closed))
-    return figure
+    return followed.figure(panels(closed), headline(closed))
 
 
 def panels(closed: Closed) -> Panels:
     """Return the panels: displacement, error, voltage, current."""
-    drawn = {"displacement": _displacement, "error": _error, "voltage": _voltage, "current": _current}
-    return {name: partial(over_time, partial(draw, closed)) for name, draw in drawn.items()}
+    held = {"drawstyle": "steps-post"} if closed.period else {}
+    return followed.panels(closed, closed.reference, "reference", closed.limit, partial(_measured, closed), **held)
 
 
-def _displacement(closed: Closed, panel: Axes, **style: Any) -> None:
-    """Draw the displacement, the reference dashed, and what a noisy or late sensor measured as points."""
-    factor = curve(panel, closed.time, closed.displacement, "displacement", "m", **{"label": "displacement"} | style)
-    panel.plot(closed.time, factor * closed.reference, color=GREY, linestyle="--", linewidth=1.2, label="reference")
+def _measured(closed: Closed, panel: Axes, factor: float) -> None:
+    """Draw what a noisy or late sensor measured as points."""
     waves = closed.waves
     if len(waves.sampled) and (closed.sensor.noise or closed.sensor.quantum or closed.sensor.delay):
         look: dict[str, Any] = {"color": ORANGE, "markersize": 2.0, "zorder": 1}
         panel.plot(waves.sampled, factor * waves.measured, ".", label="measured", **look)
-    legend_above(panel)
-
-
-def _error(closed: Closed, panel: Axes, **style: Any) -> None:
-    curve(panel, closed.time, closed.reference - closed.displacement, "error", "m", **style)
-    panel.axhline(0.0, color=GREY, linewidth=0.8)
-
-
-def _voltage(closed: Closed, panel: Axes, **style: Any) -> None:
-    held: dict[str, Any] = {"drawstyle": "steps-post"} if closed.period else {}
-    curve(panel, closed.time, closed.voltage, "voltage", "V", **{"color": ORANGE} | held | style)
-    for level in (-closed.limit, closed.limit):
-        panel.axhline(level, color=GREY, linestyle=":", linewidth=1.0)
-
-
-def _current(closed: Closed, panel: Axes, **style: Any) -> None:
-    curve(panel, closed.time, closed.current, "current", "A", **style)
