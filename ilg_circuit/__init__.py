@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .front.arms import arm
     from .front.bode import bode
     from .front.circuits import kit, library, netlist, subcircuit
-    from .front.control import close_loop, to_control, track, tune
+    from .front.control import close_loop, to_control, track
     from .front.data import read
     from .front.each import identify_each
     from .front.fits import identify, ogden
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from .front.sheets import identify_sheets
     from .front.strips import new_strip
     from .front.studies import pareto
+    from .front.tuning import tune
     from .oscillators.run import cpg
     from .strip.actuator import PAPER
     from .study.design import design
@@ -98,7 +99,7 @@ _PLACES = {
     "front.arms": ("arm",),
     "front.bode": ("bode",),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
-    "front.control": ("close_loop", "to_control", "track", "tune"),
+    "front.control": ("close_loop", "to_control", "track"),
     "front.data": ("read",),
     "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),
@@ -111,6 +112,7 @@ _PLACES = {
     "front.sheets": ("identify_sheets",),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
+    "front.tuning": ("tune",),
     "oscillators.run": ("cpg",),
     "strip.actuator": ("PAPER",),
     "study.design": ("design",),

@@ -44,6 +44,7 @@ ORDER = (
     "design_a_strip",
     "pareto_front",
     "tune_a_controller",
+    "neglected_beam",
     "follow_a_path",
     "learn_over_trials",
     "close_the_loop",

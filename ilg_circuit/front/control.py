@@ -1,8 +1,7 @@
-"""Control of a strip's position."""
+"""Control of a strip's position: the voltage for a path, the closed loop, python-control."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,119 +10,15 @@ from ..control.close import Closed, read_controller
 from ..control.close import close_loop as close_room
 from ..control.export import c_text
 from ..control.export import to_control as control_of
-from ..control.margins import MOST_SENSITIVE
 from ..control.op_amps import OpAmps
 from ..control.programme import Limits
 from ..control.sampled import Sensor
 from ..control.track import NODES, Tracked
 from ..control.track import track as track_room
-from ..control.tune import OVERSHOOT, Tuned
-from ..control.tune import tune as tune_room
 from ..errors import InputError, argument, checked
 from ..extras import require_control, require_python_control
 from .given import Driven, Given, Strip, drive_of, engine_of, lasting, optional, quantity
 from .given import load as strip_of
-from .goals import gains_of, goals_of
-
-
-@checked
-def tune(
-    strip: Strip,
-    step: Given,
-    kind: str = "pi",
-    *,
-    to: str | None = None,
-    gains: str | Mapping[str, str | float] | None = None,
-    voltage: Given = 4.0,
-    delay: Given = 0.0,
-    sensitivity: float = MOST_SENSITIVE,
-    overshoot: Given = OVERSHOOT,
-    anti_windup: str = "back-calculation",
-    tracking_time: Given | None = None,
-    beam: str | None = None,
-    load: Hung = None,
-    draws: int | None = None,
-    seed: int = 0,
-    progress: Callable[..., Any] | None = None,
-) -> Tuned:
-    """Return a position controller for a strip, tuned for a step and robust over the uncertainty of the strip's fit.
-
-    Parameters
-    ----------
-    strip : Actuator, str or Path
-        An object, the path of a TOML file or a preset's name; a fitted strip brings the covariance.
-    step : float or str
-        Step of the reference [m], such as "3 mm"; the voltage's limit makes settling depend on it.
-    kind : {"pi", "pid", "lqg", "adrc"}
-        Kind of controller: PI or PID with a filtered derivative, a linear-quadratic regulator behind a Kalman filter
-        that also estimates a constant error of the voltage, or linear active disturbance rejection.
-    to : str, optional
-        Goal: "settling=30s" or "bandwidth=20mHz"; the soonest settling if left out.
-    gains : str or mapping, optional
-        Gains that are judged in place of tuned ones, such as "gain=20V/mm,reset_time=10s".
-    voltage : float or str
-        Limit [V] of the voltage, of either sign.
-    delay : float or str
-        Delay [s] of the measurement, such as a camera's.
-    sensitivity : float
-        Largest abs(S) that is allowed at every sample, S = 1/(1 + loop gain).
-    overshoot : float or str
-        Largest overshoot allowed, as a part of the step.
-    anti_windup : {"back-calculation", "clamping", "none"}
-        What keeps the integral from winding up at the limit; clamping holds it within the limit.
-    tracking_time : float or str, optional
-        Time constant [s] of back-calculation (default: the reset time).
-    beam : {"dynamic", "static"}, optional
-        Beam with or without its mass (default: as the coupling was fitted).
-    load : Load, str or mapping, optional
-        Load on the tip, such as "mass=1g".
-    draws : int, optional
-        Samples of the covariance (default 200; none for a strip without a covariance).
-    seed : int
-        Seed of samples and search.
-    progress : callable, optional
-        Function that is called with (done, total).
-
-    Returns
-    -------
-    Tuned
-        ``law`` with its ``gains``, ``margins`` over the samples, ``settling`` [s], ``overshoot``, the step response
-        ``run``, the largest ``delay`` [s] that still holds, ``wish.bound`` [s], ``met``. See `ilg.results`.
-
-    Raises
-    ------
-    InputError
-        A value is not understood or out of range, or no voltage within the limit holds the step.
-    SolveError
-        No controller can settle in time, none of this kind is robust, or the loop with the gains given is unstable.
-
-    Examples
-    --------
-    >>> import ilg_circuit as ilg
-    >>> tuned = ilg.tune("paper", "3 mm", gains="gain=20V/mm,reset_time=10s", beam="static")
-    >>> f"{tuned.settling:.2f} s, {tuned.overshoot:.2%}, no sooner than {tuned.wish.bound:.1f} s"
-    '27.19 s, 3.87%, no sooner than 20.6 s'
-    """
-    goals = goals_of(to)
-    return tune_room(
-        strip_of(strip),
-        quantity(step, "m", "step"),
-        kind,
-        settling=goals.get("settling"),
-        bandwidth=goals.get("bandwidth"),
-        gains=gains_of(kind, gains),
-        limit=quantity(voltage, "V", "voltage"),
-        delay=quantity(delay, "s", "delay"),
-        sensitivity=sensitivity,
-        overshoot=quantity(overshoot, "", "overshoot"),
-        anti_windup=anti_windup,
-        tracking_time=optional(tracking_time, "s", "tracking_time"),
-        beam=beam,
-        load=load_of(load),
-        draws=draws,
-        seed=seed,
-        progress=progress,
-    )
 
 
 @checked

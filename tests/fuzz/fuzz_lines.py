@@ -64,7 +64,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "arm --samples": ("3", "11"),
     "--step": ("0.1s", "1s", "7ms"),
     "tune --step": ("3mm", "1mm"), "tune --to": ("settling=60s", "bandwidth=10mHz"), "--delay": ("40ms", "0s"),
-    "--controller": ("own.py", "tuned.json"), "close --reference": ("step:1mm",),
+    "--controller": ("own.py", "tuned.json"), "close --reference": ("step:1mm",), "tune --controller": ("tuned.json",),
     "close --period": ("0.1s", "0.5s"), "--computation": ("0s", "10ms"), "--noise": ("5um",),
     "--quantum": ("10um",), "close --samples": ("11", "51"), "--c-code": ("law.c",),
     "--gain-bandwidth": ("1MHz", "10kHz"), "--supply": ("15V", "9V"), "--sensor-gain": ("1V/mm",),
