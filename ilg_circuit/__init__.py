@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from .front.sheets import identify_sheets
     from .front.strips import new_strip
     from .front.studies import pareto
-    from .front.tuning import tune
+    from .front.tuning import adaptive, tune
     from .oscillators.run import cpg
     from .strip.actuator import PAPER
     from .study.design import design
@@ -59,6 +59,7 @@ __all__ = [
     "IlgWarning",
     "InputError",
     "SolveError",
+    "adaptive",
     "app",
     "arm",
     "bode",
@@ -112,7 +113,7 @@ _PLACES = {
     "front.sheets": ("identify_sheets",),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
-    "front.tuning": ("tune",),
+    "front.tuning": ("adaptive", "tune"),
     "oscillators.run": ("cpg",),
     "strip.actuator": ("PAPER",),
     "study.design": ("design",),

@@ -45,6 +45,15 @@ from .tune import delay_option
     click.option("--voltage", metavar="VOLTAGE", help="Limit of the voltage.  [default: the controller's, else 4V]"),
 )
 @group(
+    "A strip that drifts",
+    click.option(
+        "--drift",
+        metavar="CHANGES",
+        help="Changes over the run, such as capacitance=-40%,dynamic_resistance=+80%; also dc_resistance, gain.",
+    ),
+    click.option("--adapt", is_flag=True, help="Have a tuned PI identify the strip and reschedule its gains."),
+)
+@group(
     "Sensor",
     delay_option,
     click.option("--noise", default="0m", metavar="LENGTH", help="Standard deviation of a measurement, such as 5um."),

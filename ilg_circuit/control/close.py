@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -19,7 +19,9 @@ from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..simulation.response import transient_band
 from ..strip.actuator import Actuator
+from .adaptive import NOISE, Adaptive
 from .behavioural import behavioural, loop_deck, run_looped, with_op_amps
+from .drift import drifting, unseen
 from .laws import Law
 from .loop import Run
 from .op_amps import Controller as Circuit
@@ -63,6 +65,9 @@ class Closed(Warned, Result):
     circuit : op_amps.Controller or None
         Of a loop with op-amps the controller's ``parts``, the ``gain`` [V/m], ``reset_time`` [s], ``weight`` and
         ``limit`` [V] that they make, and their ``deviations``.
+    drift : mapping of str to float
+        Factors that the strip's values ended at, by name; ``waves.estimates`` are those that a controller found, each
+        an array (k,).
     findings : tuple of Finding
         What the loop should be known for.
     """
@@ -79,6 +84,7 @@ class Closed(Warned, Result):
     waves: Waves
     netlist: str = ""
     circuit: Circuit | None = None
+    drift: Mapping[str, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 
     @property
@@ -138,6 +144,8 @@ class Closed(Warned, Result):
             "overshoot": self.run.overshoot if self.reference[-1] else None,
             "waveforms": {column.header: plain(np.asarray(column.values)) for column in self.table()},
             "circuit": None if self.circuit is None else self.circuit.to_dict(),
+            "drift": dict(self.drift),
+            "estimates": {name: plain(values) for name, values in self.waves.estimates.items()},
             "sampled": plain(self.waves.sampled),
             "measured": plain(self.waves.measured),
             "findings": [finding.to_dict() for finding in self.findings],
@@ -215,8 +223,12 @@ def close_loop(
     load: Load | None = None,
     engine: str = "ngspice",
     op_amps: OpAmps | None = None,
+    drift: Mapping[str, float] | None = None,
+    adapts: bool = False,
 ) -> Closed:
     """Return the loop of a strip and a ``controller``: a `Tuned`, a path, a pair of law and limit, or an object.
+
+    ``drift`` are factors that values of the strip end at, by name; a tuned PI ``adapts`` to them.
 
     Raises InputError for values that make no loop, SolveError for a controller that fails.
     """
@@ -243,6 +255,8 @@ def close_loop(
     if op_amps is not None and form != "op-amps":
         raise InputError(f"gain-bandwidth, supply and sensor gain are of {argument('form', 'op-amps')}")
     if form != "sampled":
+        if drift or adapts:
+            raise InputError(f"{argument('drift')} and {argument('adapt')} are of {argument('form', 'sampled')}")
         if law is None:
             raise InputError(f"an object with step is {argument('form', 'sampled')}; only a tuned law can be a circuit")
         if sensor != Sensor(seed=sensor.seed) or period is not None or computation:
@@ -250,9 +264,9 @@ def close_loop(
         if form == "op-amps":
             jump = float(np.ptp(np.append(0.0, reference.value(times))))
             circuit = op_amp_controller(law, limit, jump, op_amps or OpAmps())
-        loop = behavioural(net, law, limit) if circuit is None else with_op_amps(net, circuit)
-        waves = run_looped(loop, reference, times)
-        engine, deck = "ngspice", loop_deck(loop, reference, duration)
+        whole = behavioural(net, law, limit) if circuit is None else with_op_amps(net, circuit)
+        waves = run_looped(whole, reference, times)
+        engine, deck = "ngspice", loop_deck(whole, reference, duration)
     else:
         if period is None:
             raise InputError(f"{argument('period')} is missing: say how often the controller is called, such as 0.1 s")
@@ -267,14 +281,24 @@ def close_loop(
         if not 0 <= computation < period:
             raise InputError(f"{argument('computation')} is {computation:g} s; it must be shorter than the period")
         called: Controller = SampledLaw(law, period, limit) if law is not None else controller
+        if adapts:
+            if law is None:
+                raise InputError(f"{argument('adapt')} is of a controller that tune wrote; an own one adapts by itself")
+            called = Adaptive(actuator, law, period, limit, beam=beam, load=load, noise=sensor.noise or NOISE)
         if engine == "exact" and not net.linear:
             raise InputError(f"the exact engine solves linear circuits only; use {argument('engine', 'ngspice')}")
-        run = run_exact if engine == "exact" else run_ngspice
-        waves = run(net, called, reference, period, sensor, limit, computation, times)
+        loop = (net, called, reference, period, sensor, limit, computation, times)
+        if drift:
+            if engine != "exact":
+                raise InputError(f"a strip that drifts is solved by {argument('engine', 'exact')}")
+            moving = drifting(actuator, drift, duration, period, beam=beam, load=load, band=transient_band(times))
+            waves = run_exact(*loop, drifting=moving)
+        else:
+            waves = run_exact(*loop) if engine == "exact" else run_ngspice(*loop)
     return Closed(
         actuator=actuator,
         form=form,
-        controller=_said(law, controller),
+        controller=("adaptive " if adapts else "") + _said(law, controller),
         reference=reference.value(waves.time),
         limit=limit,
         period=period,
@@ -283,6 +307,8 @@ def close_loop(
         waves=waves,
         netlist=deck,
         circuit=circuit,
+        drift=dict(drift or {}),
+        findings=(Finding("drift-unseen"),) if drift and unseen(actuator, drift) else (),
     )
 
 

@@ -8,8 +8,8 @@ one of these times to the next by matrix exponentials; ngspice stops at them wit
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Protocol
 
@@ -21,6 +21,7 @@ from ..circuit.netlist import Netlist, copies
 from ..drive import Drive
 from ..errors import IlgError, SolveError, first_line
 from ..solve.state_space import state_space
+from .drift import Drifting
 from .laws import Law
 
 #: Time after a change of the voltage at which ngspice has a point, in periods: without it the error is first order.
@@ -76,7 +77,10 @@ class Sensor:
 
 @dataclass(frozen=True, eq=False)
 class Waves:
-    """A sampled run at ``time`` [s] (n,), its displacement [m], current [A] and voltage [V], and the samples (k,)."""
+    """A sampled run at ``time`` [s] (n,), its displacement [m], current [A] and voltage [V], and the samples (k,).
+
+    ``estimates`` (k,) are what the controller says of the strip, by name, if it does.
+    """
 
     time: Array
     displacement: Array
@@ -85,6 +89,7 @@ class Waves:
     sampled: Array
     measured: Array
     error: float
+    estimates: Mapping[str, Array] = field(default_factory=dict)
 
 
 class _Loop:
@@ -108,7 +113,7 @@ class _Loop:
         times = np.concatenate([samples, seen[seen > 0], changed, outputs])
         times = np.sort(times)
         self.times = times[np.append(True, np.diff(times) > _ROUNDING * period)]
-        self.samples = samples
+        self.samples, self.period = samples, period
 
         def places(wanted: Array) -> dict[int, int]:
             """Return place in the times -> number, for those that are among them."""
@@ -156,28 +161,32 @@ class _Loop:
         return min(max(voltage, -self.limit), self.limit)
 
 
-def run_exact(net: Netlist, *loop: Any) -> Waves:
-    """Return the run of a linear strip; ``loop`` are the arguments of `run_ngspice` after the netlist."""
+def run_exact(net: Netlist, *loop: Any, drifting: Drifting | None = None) -> Waves:
+    """Return the run of a linear strip, or of one that drifts; ``loop`` is what `run_ngspice` has after the netlist."""
     events = _Loop(*loop)
-    system = state_space([net])
-    a, b = system.a[0], system.b[0, :, 0]
+    system = state_space([net]) if drifting is None else drifting.system
+    starts = np.zeros(1) if drifting is None else drifting.starts
     y, i = (system.output_names.index(name) for name in ("displacement", "current"))
-    c, d = system.c[0], system.d[0, :, 0]
-    n = len(b)
-    whole = np.zeros((n + 1, n + 1))
-    whole[:n, :n], whole[:n, n] = a, b
-    known: dict[float, Array] = {}
+    n = system.a.shape[1]
+    whole = np.zeros((len(starts), n + 1, n + 1))
+    whole[:, :n, :n], whole[:, :n, n] = system.a, system.b[:, :, 0]
+    known: dict[tuple[int, float], Array] = {}
     x = np.zeros(n)
     found = np.zeros((len(events.times), 3))
-    for place, time in enumerate(events.times.tolist()):
+    held = np.searchsorted(starts, events.times + _ROUNDING * events.period, "right") - 1
+    before = 0
+    for place, (time, k) in enumerate(zip(events.times.tolist(), held.tolist(), strict=True)):
+        if drifting is not None and k != before:
+            x, before = x * drifting.jumps[k], k
+        c, d = system.c[k], system.d[k, :, 0]
         at = float(c[y] @ x)
         u = events.arrive(place, partial(float, at))
         found[place] = at, float(c[i] @ x + d[i] * u), u
         if place + 1 < len(events.times):
             width = round(float(events.times[place + 1]) - time, 14)
-            if width not in known:
-                known[width] = expm(whole * width)
-            x = known[width][:n, :n] @ x + known[width][:n, n] * u
+            if (k, width) not in known:
+                known[k, width] = expm(whole[k] * width)
+            x = known[k, width][:n, :n] @ x + known[k, width][:n, n] * u
     return _waves(events, found, 0.0)
 
 
@@ -258,4 +267,15 @@ def _transient(net: Netlist, events: _Loop, parts: int, period: float) -> Waves:
 def _waves(events: _Loop, found: Array, error: float) -> Waves:
     shown = found[events.shown]
     displacement, current, voltage = shown.T
-    return Waves(events.times[events.shown], displacement, current, voltage, events.samples, events.measured, error)
+    times, samples = events.times[events.shown], events.samples
+    return Waves(times, displacement, current, voltage, samples, events.measured, error, _estimates(events))
+
+
+def _estimates(events: _Loop) -> dict[str, Array]:
+    """Return what the controller has in ``estimates``: a number for each call, by name."""
+    said = getattr(events.controller, "estimates", None)
+    if not isinstance(said, Mapping):
+        return {}
+    rows = {str(name): np.asarray(values) for name, values in said.items()}
+    shape = events.samples.shape
+    return {name: row.astype(float) for name, row in rows.items() if row.shape == shape and row.dtype.kind in "fi"}

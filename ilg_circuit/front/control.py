@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from ..errors import InputError, argument, checked
 from ..extras import require_control, require_python_control
 from .given import Driven, Given, Strip, drive_of, engine_of, lasting, optional, quantity
 from .given import load as strip_of
+from .goals import drift_of
 
 
 @checked
@@ -120,6 +122,8 @@ def close_loop(
     gain_bandwidth: Given | None = None,
     supply: Given | None = None,
     sensor_gain: Given | None = None,
+    drift: str | Mapping[str, Given] | None = None,
+    adapt: bool = False,
     samples: int = 601,
     beam: str | None = None,
     load: Hung = None,
@@ -161,6 +165,12 @@ def close_loop(
         Supply [V] of operational amplifiers, of either sign (default 15 V).
     sensor_gain : float or str, optional
         Voltage per length [V/m] of the sensor and the reference before operational amplifiers (default 1 V/mm).
+    drift : str or mapping, optional
+        Changes of the strip from the start to the end of the run, as of one that dries:
+        "capacitance=-40%,dynamic_resistance=+80%". Names are capacitance, dynamic_resistance, dc_resistance and gain.
+        It is solved by the exact engine.
+    adapt : bool
+        Makes a tuned PI, sampled, identify the strip while it runs, and reschedule its gains; see `adaptive`.
     samples : int
         Number of samples that are returned, equally apart.
     beam : {"dynamic", "static"}, optional
@@ -220,7 +230,9 @@ def close_loop(
         samples=samples,
         beam=beam,
         load=load_of(load),
-        engine=engine_of(engine, actuator) if form == "sampled" else "ngspice",
+        engine=(engine or "exact") if drift else engine_of(engine, actuator) if form == "sampled" else "ngspice",
+        drift=drift_of(drift),
+        adapts=adapt,
         op_amps=OpAmps(**amplifiers) if amplifiers else None,
     )
 

@@ -1,12 +1,13 @@
-"""Tuning of a position controller."""
+"""Tuning of a position controller, and one that tunes itself while it runs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from ..circuit.load import Hung, load_of
+from ..control.adaptive import MEMORY, NOISE, Adaptive
 from ..control.close import read_controller
 from ..control.laws import Law
 from ..control.margins import MOST_SENSITIVE
@@ -132,3 +133,71 @@ def _law(controller: Tuned | str | Path) -> Law:
         raise InputError(f"'{controller}' is no tuned controller; give the JSON file of tune")
     law: Law = found[0]
     return law
+
+
+@checked
+def adaptive(
+    strip: Strip,
+    controller: Tuned | str | Path,
+    period: Given,
+    *,
+    estimated: Iterable[str] = (),
+    memory: Given = MEMORY,
+    noise: Given = NOISE,
+    voltage: Given = 4.0,
+    beam: str | None = None,
+    load: Hung = None,
+) -> Adaptive:
+    """Return a PI controller that identifies its strip while it runs, and reschedules its gains.
+
+    Recursive least squares find what the strip's capacitance and resistance are of those fitted, where the coupling
+    follows the charge, or its gain, where it follows the voltage. The gains keep the loop gain at the crossover.
+
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        The strip as it was fitted, linear, of model rc: an object, the path of a TOML file or a preset's name.
+    controller : Tuned, str or Path
+        The PI for it: what `tune` returned, or the JSON file that it wrote.
+    period : float or str
+        Time between calls [s].
+    estimated : iterable of str
+        Names of what is found: capacitance, dynamic_resistance, dc_resistance, gain (default: see above). The
+        displacement shows only the product of gain and capacitance.
+    memory : float or str
+        Time [s] over which the past is forgotten: an estimate of what drifts is so late.
+    noise : float or str
+        Standard deviation [m] of a measurement.
+    voltage : float or str
+        Limit [V] of the voltage, of either sign.
+    beam : {"dynamic", "static"}, optional
+        Beam with or without its mass (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        Load on the tip, such as "mass=1g".
+
+    Returns
+    -------
+    Adaptive
+        An object with ``step(reference, measured) -> voltage`` for `close_loop` or a program of your own, called every
+        period from rest on; ``estimates`` by name, a number for each call; ``gains`` now.
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range, the strip is nonlinear or of another model, the controller no PI.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> tuned = ilg.tune("paper", "3 mm", gains="gain=5V/mm,reset_time=15s", beam="static")
+    >>> controller = ilg.adaptive("paper", tuned, "0.5 s", beam="static")
+    >>> drying = {"drift": "gain=-50%", "engine": "exact", "beam": "static", "period": "0.5 s"}
+    >>> run = ilg.close_loop("paper", controller, "sine:1mm,10mHz", "400 s", **drying)
+    >>> f"{run.waves.estimates['gain'][-1]:.2f}"
+    '0.56'
+    """
+    how: dict[str, Any] = {"memory": quantity(memory, "s", "memory"), "noise": quantity(noise, "m", "noise")}
+    limit = quantity(voltage, "V", "voltage")
+    seconds, names = quantity(period, "s", "period"), tuple(estimated)
+    how |= {"estimated": names, "beam": beam, "load": load_of(load)}
+    return Adaptive(strip_of(strip), _law(controller), seconds, limit, **how)

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..units import format_quantity
 from . import followed
-from .axes import ORANGE, Axes, Figure, Panels
+from .axes import COLOURS, GREY, ORANGE, Axes, Figure, Panels, legend_above
+from .response import over_time
 
 if TYPE_CHECKING:
     from ..control.close import Closed
@@ -40,6 +41,12 @@ def facts(closed: Closed) -> list[tuple[str, str]]:
         noise = f", noise {_length(sensor.noise)}" if sensor.noise else ""
         steps = f", in steps of {_length(sensor.quantum)}" if sensor.quantum else ""
         found.append(("sensor", f"{late}{noise}{steps}; {len(closed.waves.sampled)} calls of the controller"))
+    if closed.drift:
+        found.append(
+            ("drift", ", ".join(f"{name} to {end:.4g}" for name, end in closed.drift.items()) + " of its start")
+        )
+    for name, values in closed.waves.estimates.items():
+        found.append(("found", f"{name} {values[-1]:.4g} of its start, at the end"))
     if made := closed.circuit:
         off = made.deviations
         law = f"gain {made.gain / 1e3:.4g} V/mm ({off['gain']:+.2%}), reset time {made.reset_time:.4g} s "
@@ -68,7 +75,22 @@ def figure(closed: Closed) -> Figure:
 def panels(closed: Closed) -> Panels:
     """Return the panels: displacement, error, voltage, current."""
     held = {"drawstyle": "steps-post"} if closed.period else {}
-    return followed.panels(closed, closed.reference, "reference", closed.limit, partial(_measured, closed), **held)
+    drawn = followed.panels(closed, closed.reference, "reference", closed.limit, partial(_measured, closed), **held)
+    if not closed.waves.estimates:
+        return drawn
+    return {**drawn, "estimates": partial(over_time, partial(_estimates, closed))}
+
+
+def _estimates(closed: Closed, panel: Axes, **style: Any) -> None:
+    """Draw what the controller found, of what it was at the start, and the drift dashed."""
+    waves, shown = closed.waves, dict(zip(closed.waves.estimates, COLOURS, strict=False))
+    for name, colour in shown.items():
+        panel.plot(waves.sampled, waves.estimates[name], **{"color": colour, "label": name.replace("_", " ")} | style)
+    for name, end in closed.drift.items():
+        look: dict[str, Any] = {"color": shown.get(name, GREY), "linestyle": "--", "linewidth": 1.0}
+        panel.plot([0.0, closed.time[-1]], [1.0, end], label=f"{name.replace('_', ' ')}, true", **look)
+    panel.set_ylabel("of its start")
+    legend_above(panel)
 
 
 def _measured(closed: Closed, panel: Axes, factor: float) -> None:

@@ -63,9 +63,10 @@ def at_limit(panel: Axes, limit: float) -> None:
 
 
 def figure(drawn: Panels, title: str) -> Figure:
-    """Return the picture of displacement, error and voltage."""
-    figure, axes = new_figure(3, [1.8, 1.1, 1.3])
-    for panel, name in zip(axes, ("displacement", "error", "voltage"), strict=True):
+    """Return the picture of displacement, error and voltage, and of what there is further."""
+    names = [name for name in drawn if name != "current"]
+    figure, axes = new_figure(len(names), [1.8, 1.1, *[1.3] * (len(names) - 2)])
+    for panel, name in zip(axes, names, strict=True):
         drawn[name](panel)
         panel.set_xlabel("")
     axes[-1].set_xlabel("time [s]")
