@@ -48,6 +48,7 @@ ORDER = (
     "follow_a_path",
     "learn_over_trials",
     "close_the_loop",
+    "drying_strip",
     "netlists",
     "own_driver",
     "own_model",
