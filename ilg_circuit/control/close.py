@@ -26,7 +26,9 @@ from .laws import Law
 from .loop import Run
 from .op_amps import Controller as Circuit
 from .op_amps import OpAmps, op_amp_controller
-from .sampled import Controller, SampledLaw, Sensor, Waves, run_exact, run_ngspice
+from .plant import plants_of
+from .pwm import Pwm
+from .sampled import Controller, Late, SampledLaw, Sensor, Waves, run_exact, run_ngspice
 from .tune import Tuned
 
 #: What the controller is in the loop.
@@ -68,6 +70,11 @@ class Closed(Warned, Result):
     drift : mapping of str to float
         Factors that the strip's values ended at, by name; ``waves.estimates`` are those that a controller found, each
         an array (k,).
+    stage : Pwm or None
+        The stage that switches: ``frequency`` [Hz], ``supply`` [V], ``steps`` of the duty. Voltage and current are then
+        means over a cycle.
+    ripple : float or None
+        Largest displacement about its mean within a cycle [m].
     findings : tuple of Finding
         What the loop should be known for.
     """
@@ -85,6 +92,8 @@ class Closed(Warned, Result):
     netlist: str = ""
     circuit: Circuit | None = None
     drift: Mapping[str, float] = field(default_factory=dict)
+    stage: Pwm | None = None
+    ripple: float | None = None
     findings: tuple[Finding, ...] = ()
 
     @property
@@ -145,6 +154,7 @@ class Closed(Warned, Result):
             "waveforms": {column.header: plain(np.asarray(column.values)) for column in self.table()},
             "circuit": None if self.circuit is None else self.circuit.to_dict(),
             "drift": dict(self.drift),
+            "pwm": None if self.stage is None else {**vars(self.stage), "ripple": self.ripple},
             "estimates": {name: plain(values) for name, values in self.waves.estimates.items()},
             "sampled": plain(self.waves.sampled),
             "measured": plain(self.waves.measured),
@@ -217,7 +227,8 @@ def close_loop(
     period: float | None = None,
     limit: float | None = None,
     sensor: Sensor | None = None,
-    computation: float = 0.0,
+    late: Late | None = None,
+    pwm: tuple[float, float | None, int] | None = None,
     samples: int = _SHOWN,
     beam: str | None = None,
     load: Load | None = None,
@@ -228,11 +239,12 @@ def close_loop(
 ) -> Closed:
     """Return the loop of a strip and a ``controller``: a `Tuned`, a path, a pair of law and limit, or an object.
 
-    ``drift`` are factors that values of the strip end at, by name; a tuned PI ``adapts`` to them.
+    ``drift`` are factors that values of the strip end at, by name; a tuned PI ``adapts`` to them. ``pwm`` has a stage's
+    frequency [Hz], its supply [V] if that is not the limit, and steps.
 
     Raises InputError for values that make no loop, SolveError for a controller that fails.
     """
-    sensor = sensor or Sensor()
+    sensor, late = sensor or Sensor(), late or Late()
     if form not in FORMS:
         raise wrong_choice(argument("form"), form, FORMS)
     if isinstance(controller, str | Path):
@@ -246,20 +258,21 @@ def close_loop(
     elif not callable(getattr(controller, "step", None)):
         raise InputError("a controller is what tune returned or wrote, or has step(reference, measured) -> voltage")
     limit = 4.0 if limit is None else limit
-    _require(limit, duration, samples, sensor, computation)
+    _require(limit, duration, samples, sensor)
     if actuator.coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; its tip cannot be controlled")
     times = np.linspace(0.0, duration, samples)
     net = strip_netlist(actuator, beam=beam, load=load, band=transient_band(times))
-    deck, circuit = "", None
+    deck, circuit, stage = "", None, None
     if op_amps is not None and form != "op-amps":
         raise InputError(f"gain-bandwidth, supply and sensor gain are of {argument('form', 'op-amps')}")
     if form != "sampled":
-        if drift or adapts:
-            raise InputError(f"{argument('drift')} and {argument('adapt')} are of {argument('form', 'sampled')}")
+        if drift or adapts or pwm is not None:
+            named = " and ".join(str(argument(name)) for name in ("drift", "adapt", "pwm"))
+            raise InputError(f"{named} are of {argument('form', 'sampled')}")
         if law is None:
             raise InputError(f"an object with step is {argument('form', 'sampled')}; only a tuned law can be a circuit")
-        if sensor != Sensor(seed=sensor.seed) or period is not None or computation:
+        if sensor != Sensor(seed=sensor.seed) or period is not None or late != Late():
             raise InputError(f"{argument('form', form)} has no period, delay, noise or quantum; take sampled")
         if form == "op-amps":
             jump = float(np.ptp(np.append(0.0, reference.value(times))))
@@ -278,8 +291,11 @@ def close_loop(
             raise InputError(
                 f"{argument('period')} {period:g} s makes {duration / period:.3g} calls, not {_MOST_CALLS}"
             )
-        if not 0 <= computation < period:
-            raise InputError(f"{argument('computation')} is {computation:g} s; it must be shorter than the period")
+        if not (late.computation >= 0 and late.jitter >= 0 and late.computation + late.jitter < period):
+            raise InputError(
+                f"{argument('computation')} is {late.computation:g} s and {argument('jitter')} {late.jitter:g} s; "
+                "neither may be negative, and together they must be shorter than the period"
+            )
         called: Controller = SampledLaw(law, period, limit) if law is not None else controller
         if adapts:
             if law is None:
@@ -287,14 +303,17 @@ def close_loop(
             called = Adaptive(actuator, law, period, limit, beam=beam, load=load, noise=sensor.noise or NOISE)
         if engine == "exact" and not net.linear:
             raise InputError(f"the exact engine solves linear circuits only; use {argument('engine', 'ngspice')}")
-        loop = (net, called, reference, period, sensor, limit, computation, times)
-        if drift:
-            if engine != "exact":
-                raise InputError(f"a strip that drifts is solved by {argument('engine', 'exact')}")
-            moving = drifting(actuator, drift, duration, period, beam=beam, load=load, band=transient_band(times))
-            waves = run_exact(*loop, drifting=moving)
+        loop = (net, called, reference, period, sensor, limit, late, times)
+        if pwm is not None:
+            stage = _stage(limit, *pwm)
+        if engine != "exact":
+            if drift or stage is not None:
+                raise InputError(f"{argument('drift')} and {argument('pwm')} need {argument('engine', 'exact')}")
+            waves = run_ngspice(*loop)
         else:
-            waves = run_exact(*loop) if engine == "exact" else run_ngspice(*loop)
+            how: dict[str, Any] = {"beam": beam, "load": load, "band": transient_band(times)}
+            moving = drifting(actuator, drift, duration, period, **how) if drift else None
+            waves = run_exact(*loop, drifting=moving, stage=stage)
     return Closed(
         actuator=actuator,
         form=form,
@@ -308,6 +327,8 @@ def close_loop(
         netlist=deck,
         circuit=circuit,
         drift=dict(drift or {}),
+        stage=stage,
+        ripple=None if stage is None else stage.ripple(plants_of(actuator, beam=beam, load=load)[0]),
         findings=(Finding("drift-unseen"),) if drift and unseen(actuator, drift) else (),
     )
 
@@ -318,7 +339,20 @@ def _said(law: Law | None, controller: Any) -> str:
     return f"{law.kind} ({', '.join(f'{name} {value:.4g}' for name, value in law.gains.items())})"
 
 
-def _require(limit: float, duration: float, samples: int, sensor: Sensor, computation: float) -> None:
+def _stage(limit: float, frequency: float, supply: float | None, steps: int) -> Pwm:
+    """Return a stage, by default with the limit [V] as supply. Raises InputError for one that cannot give the limit."""
+    stage = Pwm(frequency, limit if supply is None else supply, steps)
+    for name, value, unit in (("pwm", stage.frequency, "Hz"), ("supply", stage.supply, "V")):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{argument(name)} is {value:g} {unit}; it must be more than zero")
+    if stage.supply < limit * (1 - 1e-9):
+        raise InputError(f"{argument('supply')} is {stage.supply:g} V, below the limit of the voltage, {limit:g} V")
+    if not 2 <= stage.steps <= 2**24:
+        raise InputError(f"{argument('duty_steps')} is {stage.steps}; give 2 to 2^24, such as 256")
+    return stage
+
+
+def _require(limit: float, duration: float, samples: int, sensor: Sensor) -> None:
     """Raise InputError for values that no loop has."""
     for name, value, unit in (("voltage", limit, "V"), ("duration", duration, "s")):
         if not (np.isfinite(value) and value > 0):

@@ -13,7 +13,7 @@ from ..control.export import c_text
 from ..control.export import to_control as control_of
 from ..control.op_amps import OpAmps
 from ..control.programme import Limits
-from ..control.sampled import Sensor
+from ..control.sampled import Late, Sensor
 from ..control.track import NODES, Tracked
 from ..control.track import track as track_room
 from ..errors import InputError, argument, checked
@@ -118,6 +118,9 @@ def close_loop(
     noise: Given = 0.0,
     quantum: Given = 0.0,
     computation: Given = 0.0,
+    jitter: Given = 0.0,
+    pwm: Given | None = None,
+    duty_steps: int = 256,
     seed: int = 0,
     gain_bandwidth: Given | None = None,
     supply: Given | None = None,
@@ -157,12 +160,19 @@ def close_loop(
         Step [m] in which the measurement comes.
     computation : float or str
         Time [s] from a call to its voltage, shorter than the period.
+    jitter : float or str
+        Time [s] by which a voltage comes later than that, at most; by chance, equally distributed.
+    pwm : float or str, optional
+        Frequency [Hz] of a pulse-width modulated stage: an H-bridge that gives its ``supply`` for a part of each cycle.
+        It is solved by the exact engine, switching and all.
+    duty_steps : int
+        Steps of its duty.
     seed : int
         Seed of the noise.
     gain_bandwidth : float or str, optional
         Gain-bandwidth product [Hz] of operational amplifiers (default 1 MHz).
     supply : float or str, optional
-        Supply [V] of operational amplifiers, of either sign (default 15 V).
+        Supply [V] of operational amplifiers, of either sign (default 15 V), or of the stage (default: the limit).
     sensor_gain : float or str, optional
         Voltage per length [V/m] of the sensor and the reference before operational amplifiers (default 1 V/mm).
     drift : str or mapping, optional
@@ -211,6 +221,11 @@ def close_loop(
     sensor = Sensor(
         quantity(delay, "s", "delay"), quantity(noise, "m", "noise"), quantity(quantum, "m", "quantum"), seed
     )
+    stage = None
+    if pwm is not None:
+        stage, supply = (quantity(pwm, "Hz", "pwm"), optional(supply, "V", "supply"), duty_steps), None
+    if drift or stage:
+        engine = engine or "exact"
     asked = {
         "gain_bandwidth": optional(gain_bandwidth, "Hz", "gain_bandwidth"),
         "supply": optional(supply, "V", "supply"),
@@ -226,11 +241,12 @@ def close_loop(
         period=optional(period, "s", "period"),
         limit=optional(voltage, "V", "voltage"),
         sensor=sensor,
-        computation=quantity(computation, "s", "computation"),
+        late=Late(quantity(computation, "s", "computation"), quantity(jitter, "s", "jitter")),
+        pwm=stage,
         samples=samples,
         beam=beam,
         load=load_of(load),
-        engine=(engine or "exact") if drift else engine_of(engine, actuator) if form == "sampled" else "ngspice",
+        engine=engine_of(engine, actuator) if form == "sampled" else "ngspice",
         drift=drift_of(drift),
         adapts=adapt,
         op_amps=OpAmps(**amplifiers) if amplifiers else None,

@@ -41,10 +41,13 @@ def facts(closed: Closed) -> list[tuple[str, str]]:
         noise = f", noise {_length(sensor.noise)}" if sensor.noise else ""
         steps = f", in steps of {_length(sensor.quantum)}" if sensor.quantum else ""
         found.append(("sensor", f"{late}{noise}{steps}; {len(closed.waves.sampled)} calls of the controller"))
+    if (stage := closed.stage) and closed.ripple is not None:
+        cycle = f"{format_quantity(stage.supply, 'V', 4)} at {format_quantity(stage.frequency, 'Hz', 4)}"
+        ripple = f"ripple of the displacement up to {_length(closed.ripple)}"
+        found.append(("pwm", f"{cycle} in {stage.steps} steps, {ripple}"))
     if closed.drift:
-        found.append(
-            ("drift", ", ".join(f"{name} to {end:.4g}" for name, end in closed.drift.items()) + " of its start")
-        )
+        ends = ", ".join(f"{name} to {end:.4g}" for name, end in closed.drift.items())
+        found.append(("drift", f"{ends} of its start"))
     for name, values in closed.waves.estimates.items():
         found.append(("found", f"{name} {values[-1]:.4g} of its start, at the end"))
     if made := closed.circuit:
