@@ -31,11 +31,12 @@ if TYPE_CHECKING:
     from .front.arms import arm
     from .front.bode import bode
     from .front.circuits import kit, library, netlist, subcircuit
-    from .front.control import close_loop, to_control, track, tune
+    from .front.control import close_loop, to_control, track
     from .front.data import read
     from .front.each import identify_each
     from .front.fits import identify, ogden
     from .front.given import load
+    from .front.learning import learn
     from .front.models import register_model
     from .front.pages import page
     from .front.runs import impedance, sense, simulate
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from .front.sheets import identify_sheets
     from .front.strips import new_strip
     from .front.studies import pareto
+    from .front.tuning import adaptive, tune
     from .oscillators.run import cpg
     from .strip.actuator import PAPER
     from .study.design import design
@@ -57,6 +59,7 @@ __all__ = [
     "IlgWarning",
     "InputError",
     "SolveError",
+    "adaptive",
     "app",
     "arm",
     "bode",
@@ -70,6 +73,7 @@ __all__ = [
     "identify_sheets",
     "impedance",
     "kit",
+    "learn",
     "library",
     "load",
     "netlist",
@@ -96,11 +100,12 @@ _PLACES = {
     "front.arms": ("arm",),
     "front.bode": ("bode",),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
-    "front.control": ("close_loop", "to_control", "track", "tune"),
+    "front.control": ("close_loop", "to_control", "track"),
     "front.data": ("read",),
     "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),
     "front.given": ("load",),
+    "front.learning": ("learn",),
     "front.models": ("register_model",),
     "front.pages": ("page",),
     "front.runs": ("impedance", "sense", "simulate"),
@@ -108,6 +113,7 @@ _PLACES = {
     "front.sheets": ("identify_sheets",),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
+    "front.tuning": ("adaptive", "tune"),
     "oscillators.run": ("cpg",),
     "strip.actuator": ("PAPER",),
     "study.design": ("design",),

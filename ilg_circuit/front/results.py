@@ -34,6 +34,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Front`              the trade-off between objectives, ``report.front``
 `Closed`             a closed position loop over time, from `ilg.close_loop`
 `Tracked`            the voltage for a path, from `ilg.track`
+`Learned`            errors over repeated trials, from `ilg.learn`
 `Tuned`              a position controller and its margins, from `ilg.tune`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
 `RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from ..arms.run import ArmResult
     from ..circuit.text import SpiceText
     from ..control.close import Closed
+    from ..control.learn import Learned
     from ..control.track import Tracked
     from ..control.tune import Tuned
     from ..findings import Finding
@@ -101,6 +103,7 @@ __all__ = [
     "Identification",
     "Impedance",
     "IonPath",
+    "Learned",
     "LoadTest",
     "Motion",
     "Record",
@@ -125,6 +128,7 @@ _PLACES = {
     "arms.run": ("ArmResult",),
     "circuit.text": ("SpiceText",),
     "control.close": ("Closed",),
+    "control.learn": ("Learned",),
     "control.track": ("Tracked",),
     "control.tune": ("Tuned",),
     "findings": ("Finding",),

@@ -128,4 +128,5 @@ MAKERS = {
     "sine.csv": lambda path: _marks(path, 0.1, 10.0),
     "fitted.toml": _fitted,
     "strip.toml": _strip,
+    "bending.toml": lambda path: ilg.load("paper").with_(kind="charge", instantaneous="130 nm/V").save(path),
 }

@@ -28,6 +28,7 @@ import ilg_circuit
 from ilg_circuit.arms.motion import Motion
 from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.control.close import Closed
+from ilg_circuit.control.learn import Learned, learn
 from ilg_circuit.control.programme import Limits
 from ilg_circuit.control.track import Tracked, track
 from ilg_circuit.control.tune import Tuned, tune
@@ -128,6 +129,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
         PAPER, example(Tuned), "step:3mm", "50 s", period="0.5 s", samples=26, engine="exact"
     ),
     Tracked: lambda: track(PAPER, parse_drive("step:3mm", 100.0, "m"), 100.0, Limits(4.0), nodes=21),
+    Learned: lambda: learn(PAPER, parse_drive("triangle:2mm,50s", 100.0, "m"), 100.0, nodes=41, trials=2),
     Tuned: lambda: tune(PAPER, 3e-3, gains={"gain": 2e4, "reset_time": 10.0}, beam="static"),
     SweepResult: lambda: sweep("paper", "step:4V", "300s", vary=["thickness=0.3mm:1mm:4"], engine="exact", jobs=1),
     ArmResult: lambda: ilg_circuit.arm("0.2s", formulation="chain", segments=3, samples=21),
