@@ -85,7 +85,7 @@ def identify(
     weighting: Weighting = "modulus",
     displacement_delay: float | Literal["fit"] | None = None,
     until: float | None = None,
-    law: str = "ec31",
+    law: str = "auto",
     progress: Progress = None,
 ) -> Identification:
     """Return the strip fitted to its records, spectra and films.
