@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from .front.given import load
     from .front.models import register_model
     from .front.pages import page
+    from .front.reflexes import reflex
     from .front.runs import impedance, sense, simulate
     from .front.shapes import identify_shape, shape
     from .front.sheets import identify_sheets
@@ -78,6 +79,7 @@ __all__ = [
     "page",
     "pareto",
     "read",
+    "reflex",
     "register_model",
     "results",
     "sense",
@@ -103,6 +105,7 @@ _PLACES = {
     "front.given": ("load",),
     "front.models": ("register_model",),
     "front.pages": ("page",),
+    "front.reflexes": ("reflex",),
     "front.runs": ("impedance", "sense", "simulate"),
     "front.shapes": ("identify_shape", "shape"),
     "front.sheets": ("identify_sheets",),

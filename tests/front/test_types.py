@@ -22,6 +22,8 @@ from ilg_circuit.identification.batch import Batch
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.identification.shape import ShapeFit
 from ilg_circuit.identification.sheets import SheetsFit
+from ilg_circuit.oscillators.entrainment import Entrainment
+from ilg_circuit.oscillators.loop_run import ReflexRun, ReflexSweep
 from ilg_circuit.oscillators.run import RhythmRun, RhythmSweep
 from ilg_circuit.simulation.bode import Bode
 from ilg_circuit.simulation.impedance import Impedance
@@ -40,6 +42,7 @@ RETURNED = {
     "bode": Bode,
     "close_loop": Closed,
     "cpg": RhythmRun | RhythmSweep,
+    "reflex": ReflexRun | ReflexSweep | Entrainment,
     "design": DesignReport,
     "fit_curve": FitResult,
     "identify": Identification,
