@@ -7,7 +7,7 @@ the range. Outside, the phase between rhythm and input drifts, which is measured
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -30,8 +30,8 @@ FARTHEST = 2.5
 #: Periods that a motion is given before, and in which its drift is measured.
 _WAIT, _WATCHED = 8, 20
 #: Frequencies shown, unless given: so many, this part of the range beyond each edge.
-_SHOWN, _BEYOND = 25, 0.25
-_REACH, _PHASES = 0.5, 16
+_SHOWN, _BEYOND = 19, 0.25
+_REACH, _PHASES, _RUNS = 0.5, 16, 6
 _LARGEST_AMPLITUDE = 1e6
 
 
@@ -133,12 +133,13 @@ def entrainment(
         raise InputError(f"{argument('entrain')} is {amplitude:g}; give the amplitude of an input, such as 0.1")
     if rhythm.period is None or rhythm.state is None:
         raise InputError("the loop comes to rest or is undecided without an input: there is no rhythm to entrain")
-    tongue = _Tongue(rhythm, amplitude)
     own = 1 / rhythm.period
-    edges = tongue.edge(own / FARTHEST), tongue.edge(own * FARTHEST)
-    given = _shown(own, *edges) if frequencies is None else np.asarray(frequencies, dtype=float)
-    if given.ndim != 1 or not len(given) or not ((given > own / 100) & (given < own * 100)).all():
+    asked = np.array([own]) if frequencies is None else np.asarray(frequencies, dtype=float)
+    if asked.ndim != 1 or not len(asked) or not ((asked > own / 100) & (asked < own * 100)).all():
         raise InputError(f"frequencies: give numbers within a factor of 100 of the rhythm's own, {own:.4g} Hz")
+    tongue = _Tongue(rhythm, amplitude)
+    edges = tongue.edge(own / FARTHEST), tongue.edge(own * FARTHEST)
+    given = _shown(own, *edges) if frequencies is None else asked
     rows = []
     for k, frequency in enumerate(given.tolist()):
         rows.append(tongue.at(frequency, *edges))
@@ -165,12 +166,20 @@ class _Tongue:
         self.size = float(np.abs(rhythm.state).max())
         self.known: dict[float, Orbit] = {}
         own = 1 / rhythm.period
-        flow = self._flow(own)
-        state = self._free_state()
-        for stretch in flow.stretches(state, _WAIT * rhythm.period):
-            state = stretch.states(stretch.length)[0]
-        guesses = [state, *(self._free_state(k / _PHASES) for k in range(_PHASES))]
-        next((True for guess in guesses if self._orbit(own, guess) is not None), False)
+        next((True for guess in self._guesses(own) if self._orbit(own, guess) is not None), False)
+
+    def _guesses(self, own: float) -> Iterator[Array]:
+        """Yield states near which a locked motion may be: those of the rhythm's phases, then of longer and longer runs.
+
+        A weak lock is near a phase of the free rhythm, and takes long; of a strong one it is the reverse.
+        """
+        yield from (self._free_state(k / _PHASES) for k in range(_PHASES))
+        flow, state = self._flow(own), self._free_state()
+        for _ in range(_RUNS):
+            for stretch in flow.stretches(state, _WAIT / own):
+                state = stretch.states(stretch.length)[0]
+            yield state
+            state[-2:] = 0.0, 1.0
 
     def _flow(self, frequency: float) -> LoopFlow:
         return LoopFlow(self.rhythm.loop.forced(self.amplitude, frequency))

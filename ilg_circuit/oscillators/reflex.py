@@ -104,6 +104,8 @@ class Loop:
                 f"strip '{self.strip.name}' is not linear; a loop with it is solved by {argument('engine', 'ngspice')}"
             )
         system = state_space([self.netlist])
+        if not np.abs(system.c[0, 0]).max(initial=0.0):  # the angle follows the voltage at once, and nothing else
+            return Plant(-np.eye(1), np.zeros(1), np.zeros(1)), self.direct
         plain = balanced(system.a[0], system.b[0, :, 0], system.c[0, 0])
         scale = float(np.linalg.norm(plain.c)) / (abs(plain.gain) * self.voltage or 1.0)
         return Plant(plain.a, plain.b * scale, plain.c / scale), self.direct
@@ -248,10 +250,15 @@ class LoopFlow(Flow):
 
     def _switching(self, x: Array, y: Array) -> Array:
         shares = y @ self._shares.T
-        ends = np.repeat(shares, 2, axis=1)
-        ends[0] += np.tile([1.0, -1.0], shares.shape[1])
-        ends[0][np.abs(ends[0]) <= _AT_LIMIT] = 0.0
-        return np.hstack([x, ends])
+        n = x.shape[1]
+        found = np.empty((len(x), self._switches))
+        found[:, :n] = x
+        found[:, n::2] = found[:, n + 1 :: 2] = shares
+        ends = found[0, n:]
+        ends[::2] += 1.0
+        ends[1::2] -= 1.0
+        ends[np.abs(ends) <= _AT_LIMIT] = 0.0
+        return found
 
     def voltages(self, states: Array) -> Array:
         """Return the voltages [V] (t, units) at ``states`` (t, s)."""
