@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from .front.learning import learn
     from .front.models import register_model
     from .front.pages import page
+    from .front.reflexes import reflex
     from .front.runs import impedance, sense, simulate
     from .front.shapes import identify_shape, shape
     from .front.sheets import identify_sheets
@@ -83,6 +84,7 @@ __all__ = [
     "page",
     "pareto",
     "read",
+    "reflex",
     "register_model",
     "results",
     "sense",
@@ -109,6 +111,7 @@ _PLACES = {
     "front.learning": ("learn",),
     "front.models": ("register_model",),
     "front.pages": ("page",),
+    "front.reflexes": ("reflex",),
     "front.runs": ("impedance", "sense", "simulate"),
     "front.shapes": ("identify_shape", "shape"),
     "front.sheets": ("identify_sheets",),

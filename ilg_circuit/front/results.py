@@ -39,6 +39,9 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Tuned`              a position controller and its margins, from `ilg.tune`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
 `RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
+`ReflexRun`          neurons that feel the strip they drive, from `ilg.reflex`
+`ReflexSweep`        their rhythm over the gain, from `ilg.reflex`
+`Entrainment`        the range to which their rhythm locks, from `ilg.reflex`
 `ArmResult`          the motion of a soft arm, from `ilg.arm`
 `Motion`             positions of an arm over time, ``moved.motion``
 `SpiceText`          a SPICE deck or subcircuit, from `ilg.netlist` and `ilg.library`

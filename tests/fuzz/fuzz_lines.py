@@ -59,6 +59,8 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--motion": ("step:1mm", "square:1mm,3s", "sine:1mm,0.5Hz", "ramp:0.1mm/s", "file:motion.csv"),
     "--duration": ("1s", "10s", "100 s", "5ms", "0.1 min"),
     "cpg --duration": ("1s", "3s", "0.2s"),
+    "cpg --strip": STRIPS,
+    "cpg --reflex": ("1", "30", "-2"), "cpg --rest-angle": ("0", "0.01"), "cpg --entrain": ("0.05", "0.2"),
     "arm --duration": ("5ms", "20ms", "1ms"),
     "--samples": ("2", "3", "50", "601"),
     "arm --samples": ("3", "11"),

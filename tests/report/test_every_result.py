@@ -48,6 +48,8 @@ from ilg_circuit.measurements.marks import Marks
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.track import Track
+from ilg_circuit.oscillators.entrainment import Entrainment
+from ilg_circuit.oscillators.loop_run import ReflexRun, ReflexSweep
 from ilg_circuit.oscillators.run import RhythmRun, cpg
 from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
@@ -125,6 +127,11 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Characterisation: lambda: characterise(readings(TWO, "uniaxial", noise=0.01), terms=1),
     RhythmRun: lambda: cpg("3s"),
     RhythmSweep: lambda: cpg_sweep("inhibition=1:3:5"),
+    ReflexRun: lambda: ilg_circuit.reflex("8 s", "paper", 10, inhibition=4.5, samples=81),
+    ReflexSweep: lambda: ilg_circuit.reflex(strip="paper", sweep="reflex=0:20:3", inhibition=4.5),
+    Entrainment: lambda: ilg_circuit.reflex(
+        strip="paper", gain=100, entrain=0.05, inhibition=4.5, frequencies=[0.7, 0.9, 1.5]
+    ),
     DesignReport: _design,
     Front: _front,
     Closed: lambda: ilg_circuit.close_loop(
