@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .fit.curve import fit_curve
     from .front import results
     from .front.arms import arm
-    from .front.bode import bode
+    from .front.bode import bode, bode_of
     from .front.circuits import kit, library, netlist, subcircuit
     from .front.control import close_loop, to_control, track
     from .front.data import read
@@ -63,6 +63,7 @@ __all__ = [
     "app",
     "arm",
     "bode",
+    "bode_of",
     "close_loop",
     "cpg",
     "design",
@@ -98,7 +99,7 @@ _PLACES = {
     "errors": ("IlgError", "IlgWarning", "InputError", "SolveError"),
     "fit.curve": ("fit_curve",),
     "front.arms": ("arm",),
-    "front.bode": ("bode",),
+    "front.bode": ("bode", "bode_of"),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
     "front.control": ("close_loop", "to_control", "track"),
     "front.data": ("read",),
@@ -128,7 +129,8 @@ if not TYPE_CHECKING:
             return import_module(f"{__name__}.front.results")
         for place, names in _PLACES.items():
             if name in names:
-                found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
+                with import_module(f"{__name__}.extras").whole():
+                    found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
                 return found
         results = import_module(f"{__name__}.front.results")
         hint = f"; it is {__name__}.results.{name}" if name in results.__all__ else ""

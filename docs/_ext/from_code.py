@@ -22,6 +22,7 @@ from ilg_circuit.findings import SENTENCES
 from ilg_circuit.fit.result import FitResult
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification.batch import Batch
+from ilg_circuit.identification.frequency_response import BodeOfRecords
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.measurements.formats import BINARIES, FORMATS
 from ilg_circuit.measurements.load_test import LoadTest
@@ -44,7 +45,8 @@ from ilg_circuit.study.sweep import SweepResult
 ROOT = Path(__file__).parents[2]
 #: What users hold in their hands.
 RESULTS = (
-    *(Response, Impedance, Bode, Sensed, Identification, Batch, FitResult, Characterisation, SweepResult, DesignReport),
+    *(Response, Impedance, Bode, BodeOfRecords, Sensed, Identification, Batch, FitResult, Characterisation),
+    *(SweepResult, DesignReport),
     *(RhythmRun, RhythmSweep, ArmResult, Motion, Record, Spectrum, LoadTest, Result, Actuator),
 )
 

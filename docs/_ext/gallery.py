@@ -28,6 +28,7 @@ ORDER = (
     "segmented_strip",
     "fit_a_dataframe",
     "fit_a_spectrum",
+    "response_of_a_chirp",
     "sheets_from_spectra",
     "two_clocks",
     "several_files",

@@ -15,6 +15,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Response`           waveforms of a run, from `ilg.simulate`
 `Shape`              centre line of a strip over time, from `ilg.shape`
 `Bode`               displacement, current and force over frequency, from `ilg.bode`
+`BodeOfRecords`      the same from records, with bands, from `ilg.bode_of`
 `Impedance`          impedance over frequency, from `ilg.impedance`
 `Sensed`             voltage or current of a strip that is moved, from `ilg.sense`
 `Record`             measured waveforms, from `ilg.read`
@@ -64,6 +65,7 @@ if TYPE_CHECKING:
     from ..fit.result import FitResult
     from ..hyperelastic.characterisation import Characterisation
     from ..identification.batch import Batch, FileFit
+    from ..identification.frequency_response import BodeOfRecords
     from ..identification.identification import Identification
     from ..identification.shape import ShapeFit
     from ..identification.sheets import SheetsFit
@@ -91,6 +93,7 @@ __all__ = [
     "ArmResult",
     "Batch",
     "Bode",
+    "BodeOfRecords",
     "Characterisation",
     "Closed",
     "Design",
@@ -139,6 +142,7 @@ _PLACES = {
         "Batch",
         "FileFit",
     ),
+    "identification.frequency_response": ("BodeOfRecords",),
     "identification.identification": ("Identification",),
     "identification.shape": ("ShapeFit",),
     "identification.sheets": ("SheetsFit",),

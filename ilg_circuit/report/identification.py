@@ -38,7 +38,7 @@ from .estimates import (
     strong_correlations,
 )
 from .identification_figure import figure, panels
-from .page import Grid, Listing, Page, Prose, Section, picture, repetition
+from .page import Grid, Listing, Page, Prose, Section, embedded, picture, repetition
 
 __all__ = ["facts", "figure", "headline", "page", "panels", "save_folder", "summary", "write_actuator"]
 
@@ -145,11 +145,12 @@ def save_folder(result: Identification, path: str | Path) -> None:
     save(result, path)
 
 
-def page(result: Identification) -> Page:
-    """Return the report as a page."""
+def page(result: Identification, drawn: bytes | None = None) -> Page:
+    """Return the report as a page; ``drawn`` is its picture as a .png file, if that was drawn already."""
+    about = "measurements, fit, prediction, residuals"
     told = [("model", result.model), ("measured", files(result)), ("largest rms of the residuals", _worst(result))]
     sections = [
-        Section("Data, fit and residuals", [picture(figure(result), "measurements, fit, prediction, residuals")]),
+        Section("Data, fit and residuals", [embedded(drawn, about) if drawn else picture(figure(result), about)]),
         *_check_sections(result),
         Section("Residuals of every file", [_comparison(result), *(Prose(n) for n in comparison_notes(result))]),
         *([Section("Candidates", [_candidates(result), Prose(f"{_basis(result)}.")])] if result.candidates else []),

@@ -19,6 +19,7 @@ from ilg_circuit.fit.result import FitResult
 from ilg_circuit.front.data import Measured
 from ilg_circuit.hyperelastic import Characterisation
 from ilg_circuit.identification.batch import Batch
+from ilg_circuit.identification.frequency_response import BodeOfRecords
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.identification.shape import ShapeFit
 from ilg_circuit.identification.sheets import SheetsFit
@@ -38,6 +39,7 @@ RETURNED = {
     "app": None,
     "arm": ArmResult,
     "bode": Bode,
+    "bode_of": BodeOfRecords,
     "close_loop": Closed,
     "cpg": RhythmRun | RhythmSweep,
     "design": DesignReport,

@@ -40,6 +40,7 @@ from ilg_circuit.hyperelastic import characterise
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.batch import Batch, FileFit
+from ilg_circuit.identification.frequency_response import BodeOfRecords
 from ilg_circuit.identification.shape import ShapeFit, bent_line, identify_shape
 from ilg_circuit.identification.sheets import SheetsFit, identify_sheets
 from ilg_circuit.measurements.film import Film, film_of
@@ -108,6 +109,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Response: lambda: simulate(PAPER, parse_drive("step:4V", 100.0), T, engine="exact"),
     EnergyAccount: lambda: example(Response).account,
     Bode: lambda: bode(PAPER, np.geomspace(1e-3, 10, 9)),
+    BodeOfRecords: lambda: ilg_circuit.bode_of({"time_s": T, "voltage_V": np.sin(T), "displacement_mm": np.cos(T)}),
     Impedance: lambda: impedance(PAPER, np.geomspace(1e-3, 10, 9), engine="exact"),
     Shape: lambda: example(Response).shape(points=5),
     Sensed: lambda: sense(PAPER, parse_drive("step:1mm", 100.0, "m"), T, engine="exact"),
