@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from .front.models import register_model
     from .front.pages import page
     from .front.runs import impedance, sense, simulate
+    from .front.sensing import identify_sensing
     from .front.shapes import identify_shape, shape
     from .front.sheets import identify_sheets
     from .front.strips import new_strip
@@ -67,6 +68,7 @@ __all__ = [
     "fit_curve",
     "identify",
     "identify_each",
+    "identify_sensing",
     "identify_shape",
     "identify_sheets",
     "impedance",
@@ -105,6 +107,7 @@ _PLACES = {
     "front.models": ("register_model",),
     "front.pages": ("page",),
     "front.runs": ("impedance", "sense", "simulate"),
+    "front.sensing": ("identify_sensing",),
     "front.shapes": ("identify_shape", "shape"),
     "front.sheets": ("identify_sheets",),
     "front.strips": ("new_strip",),
