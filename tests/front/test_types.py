@@ -21,6 +21,7 @@ from ilg_circuit.hyperelastic import Characterisation
 from ilg_circuit.identification.batch import Batch
 from ilg_circuit.identification.frequency_response import BodeOfRecords
 from ilg_circuit.identification.identification import Identification
+from ilg_circuit.identification.sensing import SensingFit
 from ilg_circuit.identification.shape import ShapeFit
 from ilg_circuit.identification.sheets import SheetsFit
 from ilg_circuit.oscillators.entrainment import Entrainment
@@ -49,6 +50,7 @@ RETURNED = {
     "fit_curve": FitResult,
     "identify": Identification,
     "identify_each": Batch,
+    "identify_sensing": SensingFit,
     "identify_shape": ShapeFit,
     "identify_sheets": SheetsFit,
     "impedance": Impedance,

@@ -163,14 +163,14 @@ GOOD: dict[str, tuple[str, ...]] = {
     "data": ("step.csv", "square.csv", "ramps.csv", "spectrum.csv", "low.csv", "$odd.csv"),
 }  # fmt: skip
 #: Seconds each: so rarely.
-_RARE = {"--size": 0.01, "--style": 0.01,
+_RARE = {"--record": 0.1, "--skip": 0.05, "--sensing": 0.05, "--size": 0.01, "--style": 0.01,
          "--plot": 0.05, "--report": 0.05, "--animate": 0.01, "--reach": 0.02, "--pareto": 0.05, "--sobol": 0.02,
          "--sobol-plot": 0.02, "--intervals": 0.03, "--cluster": 0.0, "--sensitivity": 0.05, "--confidence": 0.05,
          "--sobol_plot": 0.0, "--help": 0.01, "--settled": 0.1, "--neurons-in-circuit": 0.1, "--each": 0.0,
-         "--shape": 0.05, "--plot-shape": 0.02, "--frequency": 0.02, "--record": 0.1, "--skip": 0.05, "--places": 0.02,
+         "--shape": 0.05, "--plot-shape": 0.02, "--frequency": 0.02, "--places": 0.02,
          "--drift": 0.05, "--adapt": 0.05, "--pwm": 0.05, "--duty-steps": 0.05, "--jitter": 0.05,
          "--gain-bandwidth": 0.05, "--supply": 0.05, "--sensor-gain": 0.05, "--parts": 0.05,
-         "--sheets": 0.05, "--lengths": 0.02, "--contact": 0.02, "--contact-length": 0.02,
+         "--sheets": 0.05,  "--lengths": 0.02, "--contact": 0.02, "--contact-length": 0.02,
          "--folder": 0.01, "--kit": 0.05, "--log": 0.01,
          **dict.fromkeys(("--length", "--free-length", "--width", "--thickness",
          "--load-position", "--youngs-modulus", "--density", "--bending-stiffness", "--orientation"), 0.03),

@@ -41,6 +41,7 @@ from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.batch import Batch, FileFit
 from ilg_circuit.identification.frequency_response import BodeOfRecords
+from ilg_circuit.identification.sensing import SensingFit
 from ilg_circuit.identification.shape import ShapeFit, bent_line, identify_shape
 from ilg_circuit.identification.sheets import SheetsFit, identify_sheets
 from ilg_circuit.measurements.film import Film, film_of
@@ -123,6 +124,9 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     ),
     ShapeFit: _shape_fit,
     SheetsFit: _sheets_fit,
+    SensingFit: lambda: ilg_circuit.identify_sensing(
+        {"time_s": T, "displacement_mm": np.sin(T / 3), "current_uA": np.sin(T / 3) + 1e-3 * np.cos(T**2)}, PAPER
+    ),
     FitResult: _curve,
     Characterisation: lambda: characterise(readings(TWO, "uniaxial", noise=0.01), terms=1),
     RhythmRun: lambda: cpg("3s"),
@@ -148,7 +152,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Spectrum: lambda: Spectrum("z.csv", np.geomspace(1e-3, 10, 9), 20 + 5 / (1 + 1j * np.geomspace(1e-2, 100, 9))),
 }
 #: Those that make a strip.
-STRIPS = (Identification, DesignReport)
+STRIPS = (Identification, DesignReport, SensingFit)
 SUFFIXES = (".csv", ".json", ".png", ".pdf", ".svg", ".html", ".nc")
 
 each = pytest.mark.parametrize("kind", EXAMPLES, ids=lambda kind: kind.__name__)
