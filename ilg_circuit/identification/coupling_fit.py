@@ -29,12 +29,16 @@ from .port_start import combined
 
 @dataclass(frozen=True)
 class CouplingFit:
-    """The joint fit of d(s) to all records, each record's ``individual`` fit, and the ``laws`` that were compared."""
+    """The joint fit of d(s) to all records, each record's ``individual`` fit, and the ``laws`` that were compared.
+
+    ``scatter`` is the standard deviation of the logarithms of the files' gains, where they differ and each has its own.
+    """
 
     individual: tuple[DisplacementFit, ...]
     fit: FitResult
     motion: Motion
     laws: tuple[LawRow, ...] = ()
+    scatter: float = 0.0
 
     @property
     def coupling(self) -> CouplingLaw:
@@ -91,7 +95,14 @@ def fit_coupling(
         return (CouplingFit((fits[0],), fits[0].fit, fits[0].motion, rows) if fits else None), findings
     # the dynamic beam if the individual fit of any record shows inertia
     beam = "dynamic" if any(i.motion.beam == "dynamic" for i in fits) else "static"
-    found = CouplingFit(tuple(fits), fits[0].fit, Motion(actuator, beam, records[0].engine, law=law), rows)
+    gains = contest.gains if contest else ()
+    scatter = float(np.std(np.log(gains), ddof=1)) if gains else 0.0
+    if gains:
+        per_record |= frozenset(law.parameters[k].name for k in law.gains)
+        lowest, highest = min(gains), max(gains)
+        values = {"lowest": lowest, "highest": highest, "scatter": float(np.expm1(scatter))}
+        findings.append(Finding("coupling-gains-differ", values=values))
+    found = CouplingFit(tuple(fits), fits[0].fit, Motion(actuator, beam, records[0].engine, law=law), rows, scatter)
     pairs = zip(found.data, found.sigmas(), strict=True)
     observations = tuple(d.observation(found.motion, sigma) for d, sigma in pairs)
     problem = Problem(observations, law.parameters, per_record)
