@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..arrays import Array
@@ -39,6 +41,17 @@ def uncertainty_of(model: str, fit: FitResult, more: Array, voltage: float | Non
     covariance = averaging @ relative @ averaging.T
     covariance = (covariance + covariance.T) / 2  # symmetric to the last digit
     return Uncertainty(model, names, tuple(map(tuple, covariance.tolist())), voltage)
+
+
+def scattered(found: Uncertainty, law: MotionLaw, scatter: float, files: int) -> Uncertainty:
+    """Return the covariance of a strip in a state like any of ``files``, whose gains have the ``scatter`` (logarithm).
+
+    All gains of a law share it; the mean of the files is known to its part.
+    """
+    gains = {law.parameters[k].name for k in law.gains}
+    felt = np.array([float(name in gains) for name in found.names])
+    covariance = np.array(found.covariance) + scatter**2 * (1 + 1 / files) * np.outer(felt, felt)
+    return replace(found, covariance=tuple(map(tuple, covariance.tolist())))
 
 
 def parameter_estimates(

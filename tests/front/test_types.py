@@ -19,7 +19,9 @@ from ilg_circuit.fit.result import FitResult
 from ilg_circuit.front.data import Measured
 from ilg_circuit.hyperelastic import Characterisation
 from ilg_circuit.identification.batch import Batch
+from ilg_circuit.identification.frequency_response import BodeOfRecords
 from ilg_circuit.identification.identification import Identification
+from ilg_circuit.identification.sensing import SensingFit
 from ilg_circuit.identification.shape import ShapeFit
 from ilg_circuit.identification.sheets import SheetsFit
 from ilg_circuit.oscillators.entrainment import Entrainment
@@ -40,6 +42,7 @@ RETURNED = {
     "app": None,
     "arm": ArmResult,
     "bode": Bode,
+    "bode_of": BodeOfRecords,
     "close_loop": Closed,
     "cpg": RhythmRun | RhythmSweep,
     "reflex": ReflexRun | ReflexSweep | Entrainment,
@@ -47,6 +50,7 @@ RETURNED = {
     "fit_curve": FitResult,
     "identify": Identification,
     "identify_each": Batch,
+    "identify_sensing": SensingFit,
     "identify_shape": ShapeFit,
     "identify_sheets": SheetsFit,
     "impedance": Impedance,
