@@ -16,15 +16,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
-from ..control.plant import Plant, balanced
 from ..errors import InputError, argument
 from ..simulation.curvature import curvature_probe
+from ..solve.balance import balanced
 from ..solve.state_space import state_space
 from ..strip.actuator import Actuator
 from ..strip.electrodes import require_lump
@@ -47,6 +48,15 @@ class Forcing:
 
     amplitude: float
     frequency: float
+
+
+class Plant(NamedTuple):
+    """z' = a z + b u, angle [rad] = c z + direct u of a segment under a voltage u [V]."""
+
+    a: Array
+    b: Array
+    c: Array
+    direct: float
 
 
 @dataclass(frozen=True)
@@ -94,8 +104,8 @@ class Loop:
         return replace(net, outputs=(angle,))
 
     @cached_property
-    def plant(self) -> tuple[Plant, float]:
-        """From voltage to angle [rad] in states of about one at the largest, and what follows at once [rad/V].
+    def plant(self) -> Plant:
+        """From voltage to angle in states of about one at the largest.
 
         Raises InputError for a nonlinear strip.
         """
@@ -105,10 +115,10 @@ class Loop:
             )
         system = state_space([self.netlist])
         if not np.abs(system.c[0, 0]).max(initial=0.0):  # the angle follows the voltage at once, and nothing else
-            return Plant(-np.eye(1), np.zeros(1), np.zeros(1)), self.direct
-        plain = balanced(system.a[0], system.b[0, :, 0], system.c[0, 0])
-        scale = float(np.linalg.norm(plain.c)) / (abs(plain.gain) * self.voltage or 1.0)
-        return Plant(plain.a, plain.b * scale, plain.c / scale), self.direct
+            return Plant(-np.eye(1), np.zeros(1), np.zeros(1), self.direct)
+        a, b, c = balanced(system.a[0], system.b[0, :, 0], system.c[0, 0])
+        scale = float(np.linalg.norm(c)) / (abs(c @ np.linalg.solve(a, b)) * self.voltage or 1.0)
+        return Plant(a, b * scale, c / scale, self.direct)
 
     @cached_property
     def direct(self) -> float:
@@ -124,12 +134,6 @@ class Loop:
         forcing = self.forcing or Forcing(0.0, 0.0)
         forced = forcing.amplitude * np.sin(2 * np.pi * forcing.frequency * time)
         return np.asarray(forced[:, None] - self.gain * (angles - self.rest_angle))
-
-    @property
-    def largest_angle(self) -> float:
-        """Angle [rad] that the largest voltage gives in the end."""
-        plant, direct = self.plant
-        return abs(plant.gain + direct) * self.voltage
 
     def forced(self, amplitude: float, frequency: float) -> Loop:
         """Return the loop under an input from outside."""
@@ -172,9 +176,9 @@ class LoopFlow(Flow):
     def __init__(self, loop: Loop) -> None:
         network = loop.network
         super().__init__(network)
-        plant, direct = loop.plant
+        plant = loop.plant
         n, units, order = network.size, loop.units, len(plant.b)
-        self.loop, self._direct = loop, direct
+        self.loop, self._direct = loop, plant.direct
         self._strips = [slice(2 * n + k * order, 2 * n + (k + 1) * order) for k in range(units)]
         self.forced = loop.forcing is not None
         size = 2 * n + units * order + 2 * self.forced
