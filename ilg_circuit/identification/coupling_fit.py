@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import IlgError
 from ..findings import Finding
 from ..fit.fitting import fit
+from ..fit.parameter import Parameter
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..strip.actuator import Actuator, CouplingLaw
@@ -22,7 +23,7 @@ from .coupling_contest import Contest, LawRow, chosen_law
 from .displacement import DisplacementFit, fit_displacement
 from .film import Moving
 from .motion import DisplacementData, Motion
-from .motion_laws import EC31, LAWS
+from .motion_laws import EC31, LAWS, MotionLaw
 from .port_model import sigma_of
 from .port_start import combined
 
@@ -109,7 +110,10 @@ def fit_coupling(
     start = combined(law.parameters, [i.fit for i in fits], [i.fit.independent_samples(0) for i in fits])
     at = dict(zip((p.name for p in law.parameters), start.tolist(), strict=True))
     try:
-        first = np.array([at[p.name] for p in problem.moved])
+        if gains:  # far from their mean
+            at |= {p.name: value for p, value in _begun(fits[0], law, contest)}
+            at |= {f"{p.name}[{i.data.source}]": value for i in fits for p, value in _begun(i, law, contest)}
+        first = np.array([at.get(label, at[p.name]) for label, p in zip(problem.labels, problem.moved, strict=True)])
         joint = fit(problem, first, progress)
     except IlgError as error:
         findings.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
@@ -134,6 +138,13 @@ def _contest_of(
     windows = [begin.end for begin in found.begins.values()]
     values = {"law": found.law.text, "window": min(windows), "rows": rows}
     return found, [Finding("coupling-chosen", records[0].source if len(records) == 1 else "", values)]
+
+
+def _begun(own: DisplacementFit, law: MotionLaw, contest: Contest | None) -> list[tuple[Parameter, float]]:
+    """Return where the joint fit begins for a file's own parameters: at the contest's joint fit, or its own."""
+    begin = contest.begins.get(own.data.source) if contest else None
+    values = own.fit.values if begin is None or own.motion.law != law else begin.values
+    return list(zip(law.parameters, values.tolist(), strict=True))
 
 
 def _of_one_sign(fits: list[DisplacementFit]) -> tuple[list[DisplacementFit], list[Finding]]:

@@ -16,7 +16,6 @@ from .. import __version__
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..fit.selection import Candidate
-from ..identification.coupling_contest import LawRow
 from ..identification.current import CurrentData
 from ..identification.identification import Identification
 from ..identification.motion import DisplacementData
@@ -38,6 +37,7 @@ from .estimates import (
     strong_correlations,
 )
 from .identification_figure import figure, panels
+from .laws import law_lines, law_sections
 from .page import Grid, Listing, Page, Prose, Section, embedded, picture, repetition
 
 __all__ = ["facts", "figure", "headline", "page", "panels", "save_folder", "summary", "write_actuator"]
@@ -48,8 +48,7 @@ def summary(result: Identification) -> str:
     lines = [headline(result), *_check_lines(result)]
     if len(result.candidates) > 1:
         lines += ["", *_candidate_lines(result)]
-    if result.coupling is not None and len(result.coupling.laws) > 1:
-        lines += ["", *_law_lines(result.coupling.laws)]
+    lines += law_lines(result)
     lines += ["", HEADER, *(estimate_line(name, e) for name, e in result.parameters.items())]
     lines += method_lines(result.parameters)
     if result.own:
@@ -145,7 +144,7 @@ def page(result: Identification, drawn: bytes | None = None) -> Page:
         *_check_sections(result),
         Section("Residuals of every file", [_comparison(result), *(Prose(n) for n in comparison_notes(result))]),
         *([Section("Candidates", [_candidates(result), Prose(f"{_basis(result)}.")])] if result.candidates else []),
-        *_laws(result),
+        *law_sections(result),
         parameter_section(result.parameters),
         *(parameter_section(found, f"Parameters of {source} by itself") for source, found in result.own.items()),
         derived_section(result.derived),
@@ -223,33 +222,6 @@ def _candidate_lines(result: Identification) -> list[str]:
     lines = [f"{'model':<14}{'parameters':>11}{'rms':>9}{'BIC - best':>12}   verdict"]
     rows = [f"{m:<14}{n:>11}{rms:>9}{bic:>12}   {why}" for m, n, rms, bic, why in _candidate_rows(result)]
     return [*lines, *rows, f"({_basis(result)})"]
-
-
-_LAW_HEADER = ("law of bending", "parameters", "rms", "BIC above the best", "prediction", "verdict")
-
-
-def _law_rows(laws: Sequence[LawRow]) -> list[tuple[str, str, str, str, str, str]]:
-    """Return the laws of bending that were compared; the prediction is of a file from the others, with its own gain."""
-
-    def row(each: LawRow) -> tuple[str, str, str, str, str, str]:
-        predicted = "" if each.prediction is None else f"{each.prediction:.2%}"
-        verdict = each.against or ("chosen" if each.chosen else "")
-        return each.law, f"{each.parameters}", f"{each.relative_rms:.2%}", f"{each.bic:.1f}", predicted, verdict
-
-    return [row(each) for each in laws]
-
-
-def _law_lines(laws: Sequence[LawRow]) -> list[str]:
-    rows = [("law", "parameters", "rms", "BIC - best", "prediction", "verdict"), *_law_rows(laws)]
-    return [f"{a:<14}{b:>11}{c:>9}{d:>12}{e:>12}   {f}" for a, b, c, d, e, f in rows]
-
-
-def _laws(result: Identification) -> list[Section]:
-    laws = result.coupling.laws if result.coupling is not None else ()
-    if len(laws) < 2:
-        return []
-    chosen = frozenset(k for k, each in enumerate(laws) if each.chosen)
-    return [Section("Laws of bending", [Grid(_LAW_HEADER, _law_rows(laws), words=frozenset({0, 5}), marked=chosen)])]
 
 
 def _candidates(result: Identification) -> Grid:
