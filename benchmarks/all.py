@@ -24,6 +24,7 @@ RESULTS = Path(__file__).with_name("FIGURES.md")
 PAGES = {
     "accuracy": "",
     "reading": "",
+    "identify_cost": "",
     "stated_error": "STATED_ERROR.md",
     "run": "RESULTS.md",
     "spectra": "SPECTRA.md",
