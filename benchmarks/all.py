@@ -31,6 +31,7 @@ PAGES = {
     "shape_coverage": "SHAPE.md",
     "sweep": "SWEEP.md",
     "line": "LINE.md",
+    "control": "CONTROL.md",
     "design": "DESIGN.md",
     "papers": "PAPERS.md",
     "intervals": "INTERVALS.md",

@@ -31,19 +31,22 @@ if TYPE_CHECKING:
     from .front.arms import arm
     from .front.bode import bode, bode_of
     from .front.circuits import kit, library, netlist, subcircuit
-    from .front.control import close_loop, to_control, track, tune
+    from .front.control import close_loop, to_control, track
     from .front.data import read
     from .front.each import identify_each
     from .front.fits import identify, ogden
     from .front.given import load
+    from .front.learning import learn
     from .front.models import register_model
     from .front.pages import page
+    from .front.reflexes import reflex
     from .front.runs import impedance, sense, simulate
     from .front.sensing import identify_sensing
     from .front.shapes import identify_shape, shape
     from .front.sheets import identify_sheets
     from .front.strips import new_strip
     from .front.studies import pareto
+    from .front.tuning import adaptive, tune
     from .oscillators.run import cpg
     from .strip.actuator import PAPER
     from .study.design import design
@@ -58,6 +61,7 @@ __all__ = [
     "IlgWarning",
     "InputError",
     "SolveError",
+    "adaptive",
     "app",
     "arm",
     "bode",
@@ -73,6 +77,7 @@ __all__ = [
     "identify_sheets",
     "impedance",
     "kit",
+    "learn",
     "library",
     "load",
     "netlist",
@@ -81,6 +86,7 @@ __all__ = [
     "page",
     "pareto",
     "read",
+    "reflex",
     "register_model",
     "results",
     "sense",
@@ -99,19 +105,22 @@ _PLACES = {
     "front.arms": ("arm",),
     "front.bode": ("bode", "bode_of"),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
-    "front.control": ("close_loop", "to_control", "track", "tune"),
+    "front.control": ("close_loop", "to_control", "track"),
     "front.data": ("read",),
     "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),
     "front.given": ("load",),
+    "front.learning": ("learn",),
     "front.models": ("register_model",),
     "front.pages": ("page",),
+    "front.reflexes": ("reflex",),
     "front.runs": ("impedance", "sense", "simulate"),
     "front.sensing": ("identify_sensing",),
     "front.shapes": ("identify_shape", "shape"),
     "front.sheets": ("identify_sheets",),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
+    "front.tuning": ("adaptive", "tune"),
     "oscillators.run": ("cpg",),
     "strip.actuator": ("PAPER",),
     "study.design": ("design",),
@@ -126,7 +135,8 @@ if not TYPE_CHECKING:
             return import_module(f"{__name__}.front.results")
         for place, names in _PLACES.items():
             if name in names:
-                found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
+                with import_module(f"{__name__}.extras").whole():
+                    found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
                 return found
         results = import_module(f"{__name__}.front.results")
         hint = f"; it is {__name__}.results.{name}" if name in results.__all__ else ""

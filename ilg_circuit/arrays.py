@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError
+from .extras import whole
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -40,6 +41,7 @@ def one_thread() -> Iterator[None]:
     """
     from threadpoolctl import threadpool_limits
 
-    import_module("scipy.linalg")  # the limit applies to loaded libraries only
+    with whole():
+        import_module("scipy.linalg")  # the limit applies to loaded libraries only
     with threadpool_limits(1):
         yield

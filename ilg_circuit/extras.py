@@ -1,10 +1,40 @@
-"""Checks the optional requirements of parts of the package, and raises errors with what to install."""
+"""Loads libraries whole, and checks that the optional ones are there; its errors say what to install."""
 
 from __future__ import annotations
 
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
+from types import FrameType
 
 from .errors import MissingLibraryError
+
+
+@contextmanager
+def whole() -> Iterator[None]:
+    """Hold back Ctrl-C within the block, and raise KeyboardInterrupt at its end.
+
+    Compiled modules turn an interrupt of their import into an ImportError, and some cannot be imported again in the
+    same process. Only Python's own handler is held back, and only in the main thread, where it runs.
+    """
+    listening = threading.current_thread() is threading.main_thread()
+    if not listening or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    came: list[int] = []
+
+    def note(number: int, _frame: FrameType | None) -> None:
+        came.append(number)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        if came:
+            raise KeyboardInterrupt
 
 
 def require_arm() -> None:

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from .errors import InputError
-from .extras import require_dataframe, require_netcdf
+from .extras import require_dataframe, require_netcdf, whole
 from .files import write_csv, writing_netcdf
 from .provenance import Provenance
 
@@ -344,8 +344,11 @@ class Result:
         return _doors().html(self)
 
     def _shown(self, how: str, *more: Any) -> Any:
-        return getattr(import_module(f"{__package__}.report.{self.presenter}"), how)(self, *more)
+        with whole():
+            presenter = import_module(f"{__package__}.report.{self.presenter}")
+        return getattr(presenter, how)(self, *more)
 
 
 def _doors() -> ModuleType:
-    return import_module(f"{__package__}.report.doors")
+    with whole():
+        return import_module(f"{__package__}.report.doors")

@@ -29,6 +29,8 @@ from ilg_circuit.measurements.formats import BINARIES, FORMATS
 from ilg_circuit.measurements.load_test import LoadTest
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
+from ilg_circuit.oscillators.entrainment import Entrainment
+from ilg_circuit.oscillators.loop_run import ReflexRun, ReflexSweep
 from ilg_circuit.oscillators.run import RhythmRun
 from ilg_circuit.oscillators.sweep import RhythmSweep
 from ilg_circuit.result import Result
@@ -57,8 +59,8 @@ ROOT = Path(__file__).parents[2]
 #: What users hold in their hands.
 RESULTS = (
     *(Response, Impedance, Bode, BodeOfRecords, Sensed, Identification, Batch, FitResult, Characterisation),
-    *(SensingFit, SweepResult, DesignReport),
-    *(RhythmRun, RhythmSweep, ArmResult, Motion, Record, Spectrum, LoadTest, Result, Actuator),
+    *(SensingFit, SweepResult, DesignReport, RhythmRun, RhythmSweep, ReflexRun, ReflexSweep, Entrainment, ArmResult),
+    *(Motion, Record, Spectrum, LoadTest, Result, Actuator),
 )
 
 

@@ -112,6 +112,8 @@ def strip_netlist(
     elements += wired.filter(back, inner)
     free = wired.displacement()
     moving, motion = tip_motion(lumped, wired, free, [BACK], beam, tip, load)
+    if beam == "dynamic":
+        moving = [*wired.direct_velocity(port, "", port_node(port)), *moving]
     outputs += motion
     moved = tuple((q, c / VELOCITY_SCALE) for q, c in free.items()) if beam == "dynamic" else ()
     return Netlist(title, (*elements, *moving), tuple(outputs), comments=(SCALE_NOTE,), rest=rest, free=moved)

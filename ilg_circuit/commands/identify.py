@@ -83,9 +83,9 @@ _ALONE = {
     "Displacement",
     click.option(
         "--coupling",
-        type=click.Choice(["ec31", "charge1", "charge2", "voltage2", "voltage3", "auto"]),
-        default="ec31",
-        help="Law of bending: d(s), or relaxations of charge or voltage; auto: by BIC.",
+        type=click.Choice(["auto", "ec31", "charge1", "charge2", "voltage1", "voltage2", "voltage3", "fractional"]),
+        default="auto",
+        help="Law of bending: d(s), or relaxations of charge or voltage; auto: by BIC and prediction.",
     ),
     click.option(
         "--drive",

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
+from ..extras import whole
 
 #: p (n,) -> residuals (m,)
 Residuals = Callable[[Array], Array]
@@ -55,7 +56,8 @@ def levenberg_marquardt(
     ``ftol`` and ``xtol`` are the relative changes of the sum of squares and of the parameters at which it ends;
     ``most`` evaluations end it too.
     """
-    import lmfit
+    with whole():
+        import lmfit
 
     parameters = lmfit.Parameters()
     for j, value in enumerate(start.tolist()):

@@ -36,9 +36,14 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Front`              the trade-off between objectives, ``report.front``
 `Closed`             a closed position loop over time, from `ilg.close_loop`
 `Tracked`            the voltage for a path, from `ilg.track`
+`Learned`            errors over repeated trials, from `ilg.learn`
 `Tuned`              a position controller and its margins, from `ilg.tune`
+`Adaptive`           a controller that identifies its strip, from `ilg.adaptive`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
 `RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
+`ReflexRun`          neurons that feel the strip they drive, from `ilg.reflex`
+`ReflexSweep`        their rhythm over the gain, from `ilg.reflex`
+`Entrainment`        the range to which their rhythm locks, from `ilg.reflex`
 `ArmResult`          the motion of a soft arm, from `ilg.arm`
 `Motion`             positions of an arm over time, ``moved.motion``
 `SpiceText`          a SPICE deck or subcircuit, from `ilg.netlist` and `ilg.library`
@@ -56,7 +61,9 @@ if TYPE_CHECKING:
     from ..arms.motion import Motion
     from ..arms.run import ArmResult
     from ..circuit.text import SpiceText
+    from ..control.adaptive import Adaptive
     from ..control.close import Closed
+    from ..control.learn import Learned
     from ..control.track import Tracked
     from ..control.tune import Tuned
     from ..findings import Finding
@@ -90,6 +97,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Actuator",
+    "Adaptive",
     "ArmResult",
     "Batch",
     "Bode",
@@ -106,6 +114,7 @@ __all__ = [
     "Identification",
     "Impedance",
     "IonPath",
+    "Learned",
     "LoadTest",
     "Motion",
     "Record",
@@ -130,7 +139,9 @@ _PLACES = {
     "arms.motion": ("Motion",),
     "arms.run": ("ArmResult",),
     "circuit.text": ("SpiceText",),
+    "control.adaptive": ("Adaptive",),
     "control.close": ("Closed",),
+    "control.learn": ("Learned",),
     "control.track": ("Tracked",),
     "control.tune": ("Tuned",),
     "findings": ("Finding",),

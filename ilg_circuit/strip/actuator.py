@@ -63,11 +63,6 @@ class Actuator:
     def __post_init__(self) -> None:
         if self.electrodes is not None:
             self.electrodes.require_fits(self.geometry)
-            if self.coupling is not None and not isinstance(self.coupling, Coupling):
-                raise InputError(
-                    "a strip with [electrodes] bends by d(s), not by a [coupling] of kind "
-                    f"'{self.coupling.kind}'; leave one of them out"
-                )
         if len(self.name) > LONGEST_NAME:
             raise InputError(f"name '{self.name[:40]}...' is longer than {LONGEST_NAME} characters; shorten it")
         object.__setattr__(self, "name", visible(self.name))

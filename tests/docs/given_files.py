@@ -141,4 +141,5 @@ MAKERS = {
     "moved.csv": _moved,
     "fitted.toml": _fitted,
     "strip.toml": _strip,
+    "bending.toml": lambda path: ilg.load("paper").with_(kind="charge", instantaneous="130 nm/V").save(path),
 }

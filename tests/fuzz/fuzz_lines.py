@@ -19,7 +19,7 @@ WEIGHTS = {
     "show": 2, "simulate": 5, "impedance": 3, "bode": 2, "netlist": 2,
     "identify": 2, "sense": 2, "sweep": 1, "design": 1,
     "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "examples": 1, "doctor": 0, "demo": 0, "reproduce": 0,
-    "watch": 0, "app": 0, "tune": 1, "track": 1, "close": 1,
+    "watch": 0, "app": 0, "tune": 1, "track": 1, "close": 1, "learn": 1,
 }  # fmt: skip
 STRIPS = (
     *("paper",) * 4,
@@ -59,17 +59,21 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--motion": ("step:1mm", "square:1mm,3s", "sine:1mm,0.5Hz", "ramp:0.1mm/s", "file:motion.csv"),
     "--duration": ("1s", "10s", "100 s", "5ms", "0.1 min"),
     "cpg --duration": ("1s", "3s", "0.2s"),
+    "cpg --strip": STRIPS,
+    "cpg --reflex": ("1", "30", "-2"), "cpg --rest-angle": ("0", "0.01"), "cpg --entrain": ("0.05", "0.2"),
     "arm --duration": ("5ms", "20ms", "1ms"),
     "--samples": ("2", "3", "50", "601"),
     "arm --samples": ("3", "11"),
     "--step": ("0.1s", "1s", "7ms"),
     "tune --step": ("3mm", "1mm"), "tune --to": ("settling=60s", "bandwidth=10mHz"), "--delay": ("40ms", "0s"),
-    "--controller": ("own.py", "tuned.json"), "close --reference": ("step:1mm",),
-    "close --period": ("0.1s", "0.5s"), "--computation": ("0s", "10ms"), "--noise": ("5um",),
+    "--controller": ("own.py", "tuned.json"), "close --reference": ("step:1mm",), "tune --controller": ("tuned.json",),
+    "close --period": ("0.1s", "0.5s"), "--computation": ("0s", "10ms"), "--drift": ("gain=-20%",),
+    "--jitter": ("5ms",), "--pwm": ("1kHz", "50Hz"), "--duty-steps": ("256",), "--noise": ("5um",),
     "--quantum": ("10um",), "close --samples": ("11", "51"), "--c-code": ("law.c",),
     "--gain-bandwidth": ("1MHz", "10kHz"), "--supply": ("15V", "9V"), "--sensor-gain": ("1V/mm",),
     "--parts": ("parts.csv",),
     "--path": ("step:1mm", "sine:1mm,10mHz", "file:motion.csv"), "--nodes": ("20", "51"), "--slew": ("1V/s",),
+    "learn --trials": ("1", "3"), "--bandwidth": ("20mHz",), "--gain": ("1", "0.5"), "learn --trial": ("trial.csv",),
     "--current": ("50mA",), "--energy": ("2J",),
     "--gains": ("gain=5V/mm,reset_time=15s", "gain=20V/mm,reset_time=10s"), "--tracking-time": ("1s",),
     "--sensitivity": ("1.6", "2"), "--overshoot": ("5%", "20%"), "--draws": ("0", "5"),
@@ -163,7 +167,8 @@ _RARE = {"--record": 0.1, "--skip": 0.05, "--sensing": 0.05, "--size": 0.01, "--
          "--plot": 0.05, "--report": 0.05, "--animate": 0.01, "--reach": 0.02, "--pareto": 0.05, "--sobol": 0.02,
          "--sobol-plot": 0.02, "--intervals": 0.03, "--cluster": 0.0, "--sensitivity": 0.05, "--confidence": 0.05,
          "--sobol_plot": 0.0, "--help": 0.01, "--settled": 0.1, "--neurons-in-circuit": 0.1, "--each": 0.0,
-         "--shape": 0.05, "--plot-shape": 0.02, "--frequency": 0.02,  "--places": 0.02,
+         "--shape": 0.05, "--plot-shape": 0.02, "--frequency": 0.02, "--places": 0.02,
+         "--drift": 0.05, "--adapt": 0.05, "--pwm": 0.05, "--duty-steps": 0.05, "--jitter": 0.05,
          "--gain-bandwidth": 0.05, "--supply": 0.05, "--sensor-gain": 0.05, "--parts": 0.05,
          "--sheets": 0.05,  "--lengths": 0.02, "--contact": 0.02, "--contact-length": 0.02,
          "--folder": 0.01, "--kit": 0.05, "--log": 0.01,
@@ -173,7 +178,7 @@ _RARE = {"--record": 0.1, "--skip": 0.05, "--sensing": 0.05, "--size": 0.01, "--
 #: Must be there, or the command waits for more processes than one, or tries all models.
 _ALWAYS = {"--jobs": ("sweep",), "--segments": ("arm",), "--samples": ("arm",), "--duration": ("cpg",),
            "--require": ("design",), "--vary": ("design", "sweep"), "--uniaxial": ("ogden",),
-           "--gains": ("tune",), "--nodes": ("track",), "--period": ("close",),
+           "--gains": ("tune",), "--nodes": ("track", "learn"), "--period": ("close",),
            "--model": ("identify",), "--json": ("identify",)}  # fmt: skip
 _SIZES = ("0", "-1", "1e-300", "5e-324", "1e308", "-1e300", "1e-13", "1e13", "nan", "inf", "1e999", "9" * 5000, "1_0")
 _UNITS = ("mm", "m", "V", "kV", "s", "Hz", "rad/s", "ohm", "Pa", "px", "degC", "%", "\N{MICRO SIGN}m", "")

@@ -28,6 +28,7 @@ import ilg_circuit
 from ilg_circuit.arms.motion import Motion
 from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.control.close import Closed
+from ilg_circuit.control.learn import Learned, learn
 from ilg_circuit.control.programme import Limits
 from ilg_circuit.control.track import Tracked, track
 from ilg_circuit.control.tune import Tuned, tune
@@ -48,6 +49,8 @@ from ilg_circuit.measurements.marks import Marks
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.track import Track
+from ilg_circuit.oscillators.entrainment import Entrainment
+from ilg_circuit.oscillators.loop_run import ReflexRun, ReflexSweep
 from ilg_circuit.oscillators.run import RhythmRun, cpg
 from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
@@ -128,12 +131,18 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Characterisation: lambda: characterise(readings(TWO, "uniaxial", noise=0.01), terms=1),
     RhythmRun: lambda: cpg("3s"),
     RhythmSweep: lambda: cpg_sweep("inhibition=1:3:5"),
+    ReflexRun: lambda: ilg_circuit.reflex("8 s", "paper", 10, inhibition=4.5, samples=81),
+    ReflexSweep: lambda: ilg_circuit.reflex(strip="paper", sweep="reflex=0:20:3", inhibition=4.5),
+    Entrainment: lambda: ilg_circuit.reflex(
+        strip="paper", gain=100, entrain=0.05, inhibition=4.5, frequencies=[0.7, 0.9, 1.5]
+    ),
     DesignReport: _design,
     Front: _front,
     Closed: lambda: ilg_circuit.close_loop(
         PAPER, example(Tuned), "step:3mm", "50 s", period="0.5 s", samples=26, engine="exact"
     ),
     Tracked: lambda: track(PAPER, parse_drive("step:3mm", 100.0, "m"), 100.0, Limits(4.0), nodes=21),
+    Learned: lambda: learn(PAPER, parse_drive("triangle:2mm,50s", 100.0, "m"), 100.0, nodes=41, trials=2),
     Tuned: lambda: tune(PAPER, 3e-3, gains={"gain": 2e4, "reset_time": 10.0}, beam="static"),
     SweepResult: lambda: sweep("paper", "step:4V", "300s", vary=["thickness=0.3mm:1mm:4"], engine="exact", jobs=1),
     ArmResult: lambda: ilg_circuit.arm("0.2s", formulation="chain", segments=3, samples=21),
