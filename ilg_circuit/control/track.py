@@ -230,7 +230,7 @@ def track(
         reach=reach,
         rate=_largest_rate(plant, limits.voltage),
         bound=fastest_settling(plant, size, limits.voltage) if 0 < size <= reach else None,
-        stderr=prediction_band(actuator, drive, fine, **how).stderr["displacement"] if band else None,
+        stderr=prediction_band(actuator, drive, fine, misfit=False, **how).stderr["displacement"] if band else None,
     )
     return replace(tracked, findings=(*drive_findings(path), *_findings(tracked)))
 
