@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     from .front.learning import learn
     from .front.models import register_model
     from .front.pages import page
+    from .front.reflexes import reflex
     from .front.runs import impedance, sense, simulate
+    from .front.sensing import identify_sensing
     from .front.shapes import identify_shape, shape
     from .front.sheets import identify_sheets
     from .front.strips import new_strip
@@ -70,6 +72,7 @@ __all__ = [
     "fit_curve",
     "identify",
     "identify_each",
+    "identify_sensing",
     "identify_shape",
     "identify_sheets",
     "impedance",
@@ -83,6 +86,7 @@ __all__ = [
     "page",
     "pareto",
     "read",
+    "reflex",
     "register_model",
     "results",
     "sense",
@@ -109,7 +113,9 @@ _PLACES = {
     "front.learning": ("learn",),
     "front.models": ("register_model",),
     "front.pages": ("page",),
+    "front.reflexes": ("reflex",),
     "front.runs": ("impedance", "sense", "simulate"),
+    "front.sensing": ("identify_sensing",),
     "front.shapes": ("identify_shape", "shape"),
     "front.sheets": ("identify_sheets",),
     "front.strips": ("new_strip",),

@@ -55,6 +55,7 @@ ORDER = (
     "own_model",
     "youngs_modulus",
     "rhythm",
+    "feel_the_strip",
     "soft_arm",
     "interactive_page",
 )

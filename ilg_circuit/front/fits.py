@@ -39,7 +39,7 @@ def identify(
     bias: Given | Sequence[Given] | Mapping[str, Given] | None = None,
     until: Given | None = None,
     displacement_delay: Given | Literal["fit"] | None = None,
-    coupling: str = "ec31",
+    coupling: str = "auto",
     own: Sequence[str] = (),
     engine: str | None = None,
     intervals: str = "covariance",
@@ -90,7 +90,7 @@ def identify(
     displacement_delay : float or str, optional
         How much later [s] the displacement's clock reads, or "fit" (default: fitted where the displacement is of a
         file of its own, else 0).
-    coupling : {"ec31", "charge1", "charge2", "voltage2", "voltage3", "auto"}
+    coupling : {"auto", "ec31", "charge1", "charge2", "voltage1", "voltage2", "voltage3", "fractional"}
         Law by which the strip bends: d(s) of the voltage, or the ions' charge, or their voltage, through so many
         relaxations; "auto": chosen by BIC as the model is.
     own : sequence of str

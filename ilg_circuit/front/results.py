@@ -24,6 +24,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Identification`     the fit of a strip, from `ilg.identify`
 `ShapeFit`           the resistance along a strip, from `ilg.identify_shape`
 `SheetsFit`          the same from spectra, from `ilg.identify_sheets`
+`SensingFit`         the law by which a strip senses, from `ilg.identify_sensing`
 `Estimate`           a fitted parameter with its error and interval, as in ``fit["capacitance"]``
 `Batch`              fits of many files, from `ilg.identify_each`
 `FileFit`            one row of a `Batch`
@@ -40,6 +41,9 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Adaptive`           a controller that identifies its strip, from `ilg.adaptive`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
 `RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
+`ReflexRun`          neurons that feel the strip they drive, from `ilg.reflex`
+`ReflexSweep`        their rhythm over the gain, from `ilg.reflex`
+`Entrainment`        the range to which their rhythm locks, from `ilg.reflex`
 `ArmResult`          the motion of a soft arm, from `ilg.arm`
 `Motion`             positions of an arm over time, ``moved.motion``
 `SpiceText`          a SPICE deck or subcircuit, from `ilg.netlist` and `ilg.library`
@@ -69,6 +73,7 @@ if TYPE_CHECKING:
     from ..identification.batch import Batch, FileFit
     from ..identification.frequency_response import BodeOfRecords
     from ..identification.identification import Identification
+    from ..identification.sensing import SensingFit
     from ..identification.shape import ShapeFit
     from ..identification.sheets import SheetsFit
     from ..measurements.load_test import LoadTest
@@ -118,6 +123,7 @@ __all__ = [
     "RhythmRun",
     "RhythmSweep",
     "Sensed",
+    "SensingFit",
     "Shape",
     "ShapeFit",
     "SheetsFit",
@@ -148,6 +154,7 @@ _PLACES = {
     ),
     "identification.frequency_response": ("BodeOfRecords",),
     "identification.identification": ("Identification",),
+    "identification.sensing": ("SensingFit",),
     "identification.shape": ("ShapeFit",),
     "identification.sheets": ("SheetsFit",),
     "measurements.load_test": ("LoadTest",),

@@ -1,88 +1,245 @@
-"""Chooses the law of bending of a displacement, as the model of a current is chosen: by BIC on independent samples."""
+"""Chooses the law of bending of displacements: by BIC on independent samples, and of several files by prediction."""
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..errors import IlgError, SolveError
-from ..findings import Finding
-from ..fit.criteria import effective_samples, integrated_time, structured
-from ..fit.identifiability import diagnose
+from ..errors import IlgError
+from ..fit.criteria import effective_samples
 from ..fit.problem import Progress
-from ..fit.selection import bic_on_independent, simplest_of_best
+from ..fit.selection import EVIDENCE, bic_on_independent, simplest_of_best
 from ..strip.actuator import Actuator
-from .displacement import Attempt, WindowSearch
+from ..strip.elements import lumped_port
+from .coupling_together import Together
+from .coupling_trials import Strand, Trial, begun
+from .displacement import FEWEST_SAMPLES, WINDOW_RATIO, Begin, WindowSearch, describes
 from .film import Moving
 from .motion_laws import EC31, LAWS, MotionLaw
 
-#: Tolerance of the fits that are compared.
-_TRIAL = 1e-6
-#: Autocorrelation time, in samples, below which residuals are noise only.
-_WHITE = 1.3
+#: Readings of a file in the search for its window.
+_FEW = 500
+#: Ratio of errors of prediction below which two laws predict alike.
+_ALIKE = 1.05
+
+
+@dataclass(frozen=True)
+class LawRow:
+    """A law that was tried: number of ``parameters``, rms [m] and the same over the span (geometric mean of files).
+
+    ``bic`` is above the least; ``prediction`` is the error in predicting a file from all others, with a gain of its
+    own, over its span. ``against`` is the reason why it is not chosen; empty if there is none.
+    """
+
+    law: str
+    parameters: int
+    rms: float
+    relative_rms: float
+    bic: float
+    prediction: float | None = None
+    against: str = ""
+    chosen: bool = False
+
+    @property
+    def text(self) -> str:
+        """The row in words."""
+        said = f"{self.law} {1e6 * self.rms:.3g} um, BIC {self.bic:+.0f}"
+        if self.prediction is not None:
+            said += f", predicts to {self.prediction:.1%}"
+        return f"{said} ({self.against})" if self.against else said
+
+    def to_dict(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+
+@dataclass(frozen=True)
+class Contest:
+    """The ``law`` that was chosen, by source where its fits begin, and the rows of all laws.
+
+    ``gains`` (files,) are the gains of several files relative to their geometric mean, where they differ.
+    """
+
+    law: MotionLaw
+    begins: Mapping[str, Begin]
+    rows: tuple[LawRow, ...]
+    gains: tuple[float, ...] = ()
 
 
 def chosen_law(
-    record: Moving, actuator: Actuator, progress: Progress = None, delay: float = 0.0
-) -> tuple[MotionLaw, list[Finding]]:
-    """Return the law for a record's displacement, with the signs of its gains, and a finding with all laws' residuals.
+    records: Sequence[Moving], actuator: Actuator, delays: Sequence[float], progress: Progress = None
+) -> Contest:
+    """Return the law for the displacements of ``records``, whose clocks are behind by ``delays`` [s].
 
-    All are fitted on a static beam over the whole record or, where none describes that, the longest stretch that the
-    best of them describes, the simplest first, until one leaves noise only. The simplest within strong evidence of the
-    least BIC is chosen, of those whose parameters the data determine.
+    All laws are fitted on a static beam over the longest stretch of each file that any of them describes, if the data
+    determine it. The simplest within strong evidence of the least BIC is chosen; of several files the one that predicts
+    a file best from the others, among those, and none that predicts worse than d(s).
     """
-    searches: dict[str, WindowSearch] = {}
-    for name, law in sorted(LAWS.items(), key=lambda item: len(item[1].parameters)):
-        with suppress(IlgError):
-            searches[name] = WindowSearch(record, actuator, progress, delay, law=law)
-    end = max((float(search.base.channel.time[-1]) for search in searches.values()), default=0.0)
-    fits = _attempts(searches, end)
-    if fits and not any(found.described for found in fits.values()):
-        best = min(fits, key=lambda name: fits[name].fit.rmse)
-        with suppress(IlgError):
-            end = searches[best].longest().data.window
-            fits = _attempts(searches, end) or fits
+    linear = lumped_port(actuator).linear
+    laws = [law for law in LAWS.values() if linear or not law.follows_charge]
+    strands, tried = [], []
+    for record, delay in zip(records, delays, strict=True):
+        try:
+            search = WindowSearch(record, actuator, None, delay)
+            strand = Strand(search.base, search.rest, actuator, search.ratio)
+            strand, found = _of_longest(strand, laws, progress)
+        except IlgError:
+            continue  # the fit of this file says why
+        if found:
+            strands.append(strand)
+            tried.append(found)
+    if not tried:
+        return Contest(EC31, {}, ())
+    if len(tried) == 1:
+        return _of_one(strands[0], tried[0])
+    if any(strand.beam == "dynamic" for strand in strands):  # one strip is on one beam
+        for k, strand in enumerate(strands):
+            if strand.beam == "static":
+                strands[k] = strand.like(beam="dynamic")
+                tried[k] = _all(strands[k], laws, next(iter(tried[k].values())).end)
+    return _of_several(strands, tried, progress)
+
+
+def _of_longest(strand: Strand, laws: Sequence[MotionLaw], progress: Progress) -> tuple[Strand, dict[str, Trial]]:
+    """Return the fits of all laws to the longest stretch that one of them describes and the data determine.
+
+    Of the whole record where there is no such stretch. The beam is static; dynamic where only that describes the whole
+    record.
+    """
+    end = last = float(strand.t[-1])
+    for beam in ("static", "dynamic"):
+        if _describe(strand.like(_FEW, beam), laws, last, progress):
+            return strand.like(beam=beam), _all(strand.like(beam=beam), laws, last)
+    few = strand.like(_FEW)
+    while not _describe(few, laws, end, progress):
+        end /= WINDOW_RATIO
+        if (strand.t[strand.t >= 0] <= end).sum() < FEWEST_SAMPLES:
+            return strand, _all(strand, laws, last)
+    return strand, _all(strand, laws, end)
+
+
+def _describe(few: Strand, laws: Sequence[MotionLaw], end: float, progress: Progress) -> bool:
+    """Return whether any law describes a file up to ``end`` [s], whose parameters the data determine."""
+    for law in laws:
+        trial = few.trial(law, end, starts=1)
+        if trial is not None and trial.determined and described(few, trial):
+            return True
+        if progress:
+            progress()
+    return False
+
+
+def _all(strand: Strand, laws: Sequence[MotionLaw], end: float) -> dict[str, Trial]:
+    return {law.name: trial for law in laws if (trial := strand.trial(law, end))}
+
+
+def described(strand: Strand, trial: Trial) -> bool:
+    """Return whether a law describes a file up to the end of the trial."""
+    data = strand.data
+    return describes(trial.residuals, trial.t, trial.end, data.channel.until(trial.end).values)
+
+
+def _samples(trials: Iterable[Trial]) -> float:
+    """Return the number of independent samples, by the best fit."""
+    return effective_samples(min(trials, key=lambda trial: trial.rmse).residuals)
+
+
+def _of_one(strand: Strand, tried: Mapping[str, Trial]) -> Contest:
+    samples = np.array([_samples(tried.values())])
+    bics = {n: bic_on_independent(np.array([t.rmse]), samples, t.unknowns) for n, t in tried.items()}
+    unknowns = {n: t.unknowns for n, t in tried.items()}
+    misfits = {n: t.rmse / t.size for n, t in tried.items()}
+    admitted = [n for n, t in tried.items() if t.determined]
+    told = [n for n in admitted if described(strand, tried[n])]
+    winner = simplest_of_best(bics, unknowns, told or admitted, misfits) if admitted else EC31.name
+    rms, against = {n: t.rmse for n, t in tried.items()}, {n: t.against for n, t in tried.items()}
+    rows = _rows(tried, bics, winner, rms, misfits, against)
+    if winner not in tried:
+        return Contest(EC31, {}, rows)
+    best = _on_likelier_beam(strand, tried[winner], float(samples[0]))
+    if best.law == EC31:
+        return Contest(EC31, {}, rows)
+    law, values, sign = begun(best, strand.like(beam=best.beam))
+    return Contest(law, {strand.data.source: Begin(values, sign, best.end, best.beam)}, rows)
+
+
+def _on_likelier_beam(strand: Strand, static: Trial, samples: float) -> Trial:
+    """Return the trial, the same on the dynamic beam on strong evidence, or d(s) on that if it is not less likely.
+
+    Inertia looks like one more relaxation.
+    """
+    if static.beam == "dynamic" or static.law == EC31:
+        return static
+    slow = strand.like(beam="dynamic")
+
+    def bic(trial: Trial) -> float:
+        return bic_on_independent(np.array([trial.rmse]), np.array([samples]), trial.unknowns)
+
+    simple = slow.trial(EC31, static.end)
+    if simple is not None and simple.determined and bic(simple) <= bic(static):
+        return simple
+    same = slow.trial(static.law, static.end, [static.shape])
+    if same is not None and same.determined and bic(same) < bic(static) - EVIDENCE:
+        return same
+    return static
+
+
+def _rows(
+    tried: Mapping[str, Trial],
+    bics: Mapping[str, float],
+    winner: str,
+    rms: Mapping[str, float],
+    misfits: Mapping[str, float],
+    against: Mapping[str, str],
+    predictions: Mapping[str, float] | None = None,
+) -> tuple[LawRow, ...]:
+    least = min(bics.values())
+    return tuple(
+        LawRow(n, t.unknowns, rms[n], misfits[n], bics[n] - least, (predictions or {}).get(n), against[n], n == winner)
+        for n, t in tried.items()
+        if n in bics
+    )
+
+
+def _of_several(strands: Sequence[Strand], tried: Sequence[Mapping[str, Trial]], progress: Progress) -> Contest:
+    common = [name for name in LAWS if all(name in each for each in tried)]
+    fits = {}
+    for name in common:
+        found = Together.of(LAWS[name], strands, [each[name] for each in tried])
+        if found is not None:
+            fits[name] = found
+        if progress:
+            progress()
     if not fits:
-        return EC31, []
-    misfits = {name: found.fit.rmse for name, found in fits.items()}
-    residuals = fits[min(misfits, key=misfits.__getitem__)].fit.residuals
-    samples = np.array([effective_samples(residuals)])
-    unknowns = {name: len(found.fit.values) for name, found in fits.items()}
-    bics = {name: bic_on_independent(np.array([misfits[name]]), samples, unknowns[name]) for name in fits}
-    admitted = [name for name, found in fits.items() if _determined(found)]
-    size = {name: misfit / next(iter(fits.values())).data.size for name, misfit in misfits.items()}
-    winner = (
-        simplest_of_best(bics, unknowns, admitted, size)
-        if admitted
-        else next(n for n in (EC31.name, *fits) if n in fits)
-    )
-    rows = "; ".join(
-        f"{name} {1e6 * misfits[name]:.3g} um, BIC {bics[name] - min(bics.values()):+.0f}"
-        + ("" if name in admitted else ", not determined")
-        for name in fits
-    )
-    values = {"law": searches[winner].law.text, "window": end, "rows": rows}
-    return searches[winner].law, [Finding("coupling-chosen", record.source, values)]
-
-
-def _attempts(searches: dict[str, WindowSearch], end: float) -> dict[str, Attempt]:
-    """Return the fits of the laws up to ``end`` [s], on a static beam; the others end where one leaves noise only."""
-    fits: dict[str, Attempt] = {}
-    for name, search in searches.items():
-        found = search.attempt("static", end, tolerance=_TRIAL)
-        if found is None:
-            continue
-        fits[name] = found
-        residuals = found.fit.residuals
-        if not structured(residuals) and integrated_time(residuals) < _WHITE:
-            break
-    return fits
-
-
-def _determined(found: Attempt) -> bool:
-    """Return whether the data determine all parameters of a fit."""
-    try:
-        return diagnose(found.fit).determined
-    except SolveError:
-        return False
+        return Contest(EC31, {}, ())
+    rms = {n: np.array([float(np.sqrt(np.mean(r**2))) for r in f.residuals]) for n, f in fits.items()}
+    best = min(fits, key=lambda n: float(np.log(rms[n]).sum()))
+    samples = np.array([effective_samples(r) for r in fits[best].residuals])
+    unknowns = {n: f.unknowns for n, f in fits.items()}
+    bics = {n: bic_on_independent(rms[n], samples, unknowns[n]) for n in fits}
+    sizes = fits[best].sizes
+    misfits = {n: float(np.exp(np.mean(np.log(rms[n] / sizes)))) for n in fits}
+    against = {n: f.against for n, f in fits.items()}
+    admitted = [n for n in fits if not against[n]]
+    winner = simplest_of_best(bics, unknowns, admitted, misfits) if admitted else EC31.name
+    predictions: dict[str, float] = {}
+    if admitted:
+        near = [n for n in admitted if bics[n] <= min(bics[m] for m in admitted) + EVIDENCE or n in (winner, EC31.name)]
+        for name in near:
+            predictions[name] = fits[name].prediction()
+            if progress:
+                progress()
+        least = min(predictions.values())
+        alike = [n for n in near if predictions[n] <= _ALIKE * least]
+        winner = min(alike, key=lambda n: (unknowns[n], bics[n]))
+    overall = {n: float(np.exp(np.mean(np.log(rms[n])))) for n in fits}
+    rows = _rows({n: tried[0][n] for n in fits}, bics, winner, overall, misfits, against, predictions)
+    if winner not in fits:
+        return Contest(EC31, {}, rows)
+    chosen = fits[winner]
+    law, starts = chosen.begins()
+    ends = zip(strands, chosen.trials, starts, strict=True)
+    begins = {strand.data.source: Begin(values, sign, trial.end, trial.beam) for strand, trial, (values, sign) in ends}
+    return Contest(law, begins, rows, chosen.relative_gains() if chosen.gains_differ() else ())

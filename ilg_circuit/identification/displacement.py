@@ -31,9 +31,10 @@ from .displacement_findings import displacement_findings
 from .displacement_result import DisplacementFit as DisplacementFit
 from .film import Moving
 from .motion import DisplacementData, Motion, RateOf
-from .motion_laws import EC31, MotionLaw, RelaxationSearch, search_of
+from .motion_laws import EC31, MotionLaw
 from .outliers import left_out, spikes
 from .port_model import BRACKET
+from .relaxation_search import RelaxationSearch, search_of
 from .rest import Rest
 from .start import CouplingSearch, thinned
 
@@ -45,14 +46,24 @@ OVER_NOISE = 1.5
 _TRIAL, _FINAL = 1e-5, 1e-10
 #: Number of starts of the reported fit, tolerance of the confirming fits, relative tolerance for the same misfit.
 _STARTS, _CONFIRMING, _SAME_MISFIT = 3, 1e-7, 1e-4
-_WINDOW_RATIO = 1.25
+WINDOW_RATIO = 1.25
 #: Number of initial delays, their largest value as a fraction of the record, and in [s].
 _DELAYS, _MOST_DELAY, _LONGEST_DELAY = 9, 0.05, 2.0
 #: Largest number of fitted readings of a displacement, dense where it is fast.
 _MOST_ROWS = 8000
-_FEWEST_SAMPLES = 40
+FEWEST_SAMPLES = 40
 #: Ratio of residuals above which a beam is not chosen, even if few samples are independent.
 _CLEARLY_WORSE = 1.5
+
+
+@dataclass(frozen=True)
+class Begin:
+    """Where a fit begins: ``values`` of the law, ``sign`` of the axis, ``end`` [s] of the longest stretch, ``beam``."""
+
+    values: Array
+    sign: float
+    end: float
+    beam: str
 
 
 @dataclass(frozen=True)
@@ -79,12 +90,13 @@ def fit_displacement(
     progress: Progress = None,
     delay: float | Literal["fit"] = 0.0,
     law: MotionLaw = EC31,
+    begin: Begin | None = None,
 ) -> DisplacementFit:
     """Return the fit of a ``law``, d(s) by default, to the displacement of a strip whose circuit is known.
 
     The window is the whole record if the model describes it; else the longest described stretch from the onset; or the
-    whole record if there is none. The camera's clock is behind by ``delay`` [s], or the delay is fitted. Raises
-    InputError or SolveError if no stretch can be fitted.
+    whole record if there is none. A contest of laws says where to ``begin``, and to which end. The camera's clock is
+    behind by ``delay`` [s], or the delay is fitted. Raises InputError or SolveError if no stretch can be fitted.
     """
     rate = None
     if record.record.own_clock:
@@ -93,7 +105,7 @@ def fit_displacement(
     if delay == "fit":
         search = _likeliest_delay(record, actuator, progress, delay_bounds(record), rate, law)
     else:
-        search = WindowSearch(record, actuator, progress, delay, law=law)
+        search = WindowSearch(record, actuator, progress, delay, law=law, begin=begin)
     best, bic_gain = search.by_evidence(search.longest())
     if (
         delay == "fit" and best.motion.beam == "dynamic" and best.motion.linear
@@ -145,7 +157,9 @@ class WindowSearch:
         delays: tuple[float, float] | None = None,
         rate: RateOf | None = None,
         law: MotionLaw = EC31,
+        begin: Begin | None = None,
     ) -> None:
+        self.begin = begin
         whole = record.record.displacement
         assert whole is not None
         named = spikes(whole, record.drive)
@@ -197,13 +211,15 @@ class WindowSearch:
         The static beam is used, as in the paper; for the whole record the dynamic beam too, if only it describes that.
         """
         end = float(self.base.channel.time[-1])
-        whole = best = self.attempt("static", end, tolerance=_TRIAL)
+        if self.begin is not None:
+            end = min(end, self.begin.end)
+        whole = best = self.attempt(self.begin.beam if self.begin else "static", end, tolerance=_TRIAL)
         if whole is not None and not whole.described:
             rival = self.attempt("dynamic", end, whole, _TRIAL)
             best = rival if rival is not None and rival.described else whole
         while best is None or not best.described:
-            end /= _WINDOW_RATIO
-            if (self.after <= end).sum() < _FEWEST_SAMPLES:
+            end /= WINDOW_RATIO
+            if (self.after <= end).sum() < FEWEST_SAMPLES:
                 if whole is None:
                     raise InputError("the displacement does not follow the voltage as the coupling d(s) does")
                 return whole
@@ -218,6 +234,8 @@ class WindowSearch:
         is uncertain, it is fitted for each beam: a later onset of a static beam resembles inertia.
         """
         end = found.data.window
+        if self.begin is not None and (best := self.attempt(self.begin.beam, end, found)) is not None:
+            return best, None
         static = self.attempt("static", end, found)
         dynamic = self.attempt("dynamic", end, static or found)
         if static is None or dynamic is None:
@@ -320,7 +338,9 @@ class WindowSearch:
         if start is not None:
             starts = [(start, data.sign)]
         elif like is None or (like.data.window, like.data.held, like.motion) != (data.window, data.held, motion):
-            starts.append(self.search.start(data.window, *self._data(data)))
+            starts += [(self.begin.values, self.begin.sign)] if self.begin is not None else []
+            with suppress(*([InputError] if starts else [])):
+                starts.append(self.search.start(data.window, *self._data(data)))
         accuracy = max(0.1 * tolerance, DEFAULT_ACCURACY)
         tried = []
         for values, sign in starts:
@@ -330,11 +350,19 @@ class WindowSearch:
             tried.append((float(squares), signed, problem, values))
         _, data, problem, values = min(tried, key=lambda each: each[0])
         found = fit(problem, values, self.progress, tolerance)
-        limit = max(OVER_NOISE * noise_level(data.data), DESCRIBED * data.size)
-        # residuals that grow at the end of the window show the beginning of a different process
-        last = found.residuals[data.abscissa > 0.9 * data.window]
-        astray = len(last) > 0 and float(np.sqrt(np.mean(last**2))) > 1.5 * limit
-        return Attempt(data, motion, found, found.rmse <= limit and not astray)
+        return Attempt(data, motion, found, describes(found.residuals, data.abscissa, data.window, data.data))
+
+
+def describes(residuals: Array, t: Array, window: float, readings: Array) -> bool:
+    """Return whether ``residuals`` (samples,) at ``t`` [s] are small against noise or span of ``readings`` [m].
+
+    ``readings`` are all up to the ``window`` [s], of which residuals may be some.
+    """
+    limit = max(OVER_NOISE * noise_level(readings), DESCRIBED * float(np.ptp(readings)))
+    # residuals that grow at the end of the window show the beginning of a different process
+    last = residuals[t > 0.9 * window]
+    astray = len(last) > 0 and float(np.sqrt(np.mean(last**2))) > 1.5 * limit
+    return float(np.sqrt(np.mean(residuals**2))) <= limit and not astray
 
 
 def _at_its_onset(found: Attempt) -> FitResult:

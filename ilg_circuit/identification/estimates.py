@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..arrays import Array
@@ -39,6 +41,17 @@ def uncertainty_of(model: str, fit: FitResult, more: Array, voltage: float | Non
     covariance = averaging @ relative @ averaging.T
     covariance = (covariance + covariance.T) / 2  # symmetric to the last digit
     return Uncertainty(model, names, tuple(map(tuple, covariance.tolist())), voltage)
+
+
+def scattered(found: Uncertainty, law: MotionLaw, scatter: float, files: int) -> Uncertainty:
+    """Return the covariance of a strip in a state like any of ``files``, whose gains have the ``scatter`` (logarithm).
+
+    All gains of a law share it; the mean of the files is known to its part.
+    """
+    gains = {law.parameters[k].name for k in law.gains}
+    felt = np.array([float(name in gains) for name in found.names])
+    covariance = np.array(found.covariance) + scatter**2 * (1 + 1 / files) * np.outer(felt, felt)
+    return replace(found, covariance=tuple(map(tuple, covariance.tolist())))
 
 
 def parameter_estimates(
@@ -170,10 +183,26 @@ def displacement_quantities(own: DisplacementFit, amounts: Array, per_volt: floa
     """Return the quantities derived from one displacement; ``amounts`` are its linear terms in the joint fit."""
     return {
         "rest_position": Estimate(own.rest, "m"),
-        "displacement_per_volt": Estimate(per_volt, "m/V"),
+        "displacement_per_volt": _static(own, per_volt),
         "displacement_window": Estimate(own.data.window, "s"),
         "displacement_drift": _drift(own, amounts),
     }
+
+
+def _static(own: DisplacementFit, per_volt: float) -> Estimate:
+    """Return the static displacement, of laws that relax with its error: it is known where single gains cancel."""
+    from scipy.stats import t as student
+
+    law = own.motion.law
+    if law.kind is None:
+        return Estimate(per_volt, "m/V")
+    names = [p.name for p in law.parameters]
+    signs = np.zeros(len(names))
+    signs[list(law.gains)] = [-1.0 if names[k] in law.negative else 1.0 for k in law.gains]
+    total = float(signs @ own.fit.values)
+    error = float(np.sqrt(signs @ reported_covariance(own.fit) @ signs)) * abs(per_volt / total)
+    half = float(student.ppf(0.975, reported_freedom(own.fit).min())) * error
+    return Estimate(per_volt, "m/V", error, (per_volt - half, per_volt + half))
 
 
 def _drift(own: DisplacementFit, amounts: Array) -> Estimate:

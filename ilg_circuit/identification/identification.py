@@ -157,6 +157,7 @@ class Identification(Estimated, Warned, Result):
     def to_dict(self) -> dict[str, Any]:
         """Return fit.json: one schema for one file or several, of any kind."""
         metrics = self.metrics
+        laws = [row.to_dict() for row in self.coupling.laws] if self.coupling is not None else []
         return {
             "schema_version": SCHEMA_VERSION,
             "success": self.success,
@@ -168,7 +169,7 @@ class Identification(Estimated, Warned, Result):
             "derived": _plain(self.derived),
             "statistics": dict(self.statistics),
             "residual_windows": {name: [w.to_dict() for w in rows] for name, rows in self.residual_windows.items()},
-            "displacement": {"figures": metrics.to_dict() if metrics else None},
+            "displacement": {"figures": metrics.to_dict() if metrics else None, "laws": laws},
             "kramers_kronig": self.check.to_dict() if self.check else None,
             "correlations": dict(self.correlations),
             "records": [o.to_dict() for o in self.observations],

@@ -39,6 +39,7 @@ from .estimates import (
     file_quantities,
     parameter_estimates,
     port_quantities,
+    scattered,
     uncertainty_of,
     with_signs,
 )
@@ -85,7 +86,7 @@ def identify(
     weighting: Weighting = "modulus",
     displacement_delay: float | Literal["fit"] | None = None,
     until: float | None = None,
-    law: str = "ec31",
+    law: str = "auto",
     progress: Progress = None,
 ) -> Identification:
     """Return the strip fitted to its records, spectra and films.
@@ -178,6 +179,8 @@ def identify(
     highest = max((abs(d.voltage) for d in records), default=None)
     circuit = port.kind if port is not None else strip.material.model
     uncertainty = uncertainty_of(circuit.name, fit, onsets.covariance(fit), highest)
+    if coupling is not None and coupling.scatter:
+        uncertainty = scattered(uncertainty, coupling.motion.law, coupling.scatter, len(coupling.individual))
     known = uncertainty if port is not None else with_known(uncertainty, strip.uncertainty)
     actuator = replace(actuator, uncertainty=known)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))

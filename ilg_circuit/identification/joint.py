@@ -129,7 +129,8 @@ def _fit_all(
     electrical = [sigma_of(i.fit, d.size) for d, i in zip(port.data, port.individual, strict=True)]
     sigmas = (*electrical, *coupling.sigmas())
     observations = tuple(_observation(port.model, motion, d, sigma) for d, sigma in zip(data, sigmas, strict=True))
-    problem = Problem(observations, motion.parameters, per_record, dict(port.fit.problem.fixed))
+    own = per_record | coupling.fit.problem.per_record
+    problem = Problem(observations, motion.parameters, own, dict(port.fit.problem.fixed))
     known = {**port.fit.by_label(), **coupling.fit.by_label()}
     found = fit(problem, np.array([known[label] for label in problem.labels]), progress)
     return replace(found, starts=port.fit.starts)

@@ -25,6 +25,7 @@ from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements, lumped_port
 from ..strip.port import Port
+from .coupling_waves import Waves, displacements
 from .modal import modal_displacement_slopes, modal_displacements, perturbed, with_slopes
 from .motion_laws import EC31, LAWS, MotionLaw
 from .port_model import PortModel, observed
@@ -62,14 +63,29 @@ class Motion:
         """True if the displacement is linear in the voltage, so that it has a closed form."""
         return self.port.kind.linear if self.port is not None else lumped_elements(self._simplest).port.linear
 
-    def displacements(self, drive: PiecewiseLinear, t: Array, values: Array, accuracy: float | None = None) -> Array:
+    def waves(self, drive: PiecewiseLinear, t: Array) -> Waves | None:
+        """Return what the displacements at ``t`` [s] are sums of, if they are: of relaxations of a known circuit."""
+        if self.law.kind is None or self.port is not None or not self.linear:
+            return None
+        return Waves(t, drive, self._simplest, self.law.follows_charge, self.beam)
+
+    def displacements(
+        self,
+        drive: PiecewiseLinear,
+        t: Array,
+        values: Array,
+        accuracy: float | None = None,
+        waves: Waves | None = None,
+    ) -> Array:
         """Return displacements [m] (k, samples) at ``t`` [s] from the rest before 0, of parameters ``values`` (k, n).
 
-        By the engine to ``accuracy``, or without one by the closed form of a linear strip. Raises SolveError for
-        constants that ring for longer than any record resolves.
+        By the engine to ``accuracy``, or without one by the closed form of a linear strip, from its `waves` where they
+        are given. Raises SolveError for constants that ring for longer than any record resolves.
         """
         after = t >= 0
         self._require_resolved(values[0], t)
+        if waves is not None:
+            return displacements(self.law, values, waves)
         strips = self._strips(values, t)
         result = np.zeros((len(values), len(t)))
         if accuracy is None:
@@ -259,15 +275,16 @@ class DisplacementData:
         """
         t, drive = self.since(self.part), self.drive
         closed = motion.linear and not (of_record and self.engine != "exact")
+        waves = motion.waves(drive, t) if closed else None
 
         def predict(values: Array) -> Array:
-            return self.sign * motion.displacements(drive, t, values, None if closed else accuracy)
+            return self.sign * motion.displacements(drive, t, values, None if closed else accuracy, waves)
 
         def slopes(values: Array) -> tuple[Array, Array] | None:
             found = motion.slopes(drive, t, values)
             return found and (self.sign * found[0], self.sign * found[1])
 
-        known = with_slopes(predict, slopes) if closed else predict
+        known = with_slopes(predict, slopes) if closed and waves is None else predict
         return observed(self, motion.names, known, self.nuisance, sigma)
 
 

@@ -19,6 +19,7 @@ from ..errors import InputError
 from ..measurements.voltage import simplified
 from ..solve.exact import mode_waves
 from ..strip.models import ElectricalModel
+from .modal import second_order_waves
 
 _MOST_SAMPLES = 500
 _RATES = 40
@@ -28,8 +29,8 @@ _FREQUENCIES = 24
 _APART = 1.8
 #: Relative residual below which two basis functions are linearly dependent.
 _ALIKE = 1e-12
-#: The same, of several columns of a linear fit; distance of the poles of critical damping, relative to them.
-_DEPENDENT, _DOUBLE = 1e-10, 1e-3
+#: The same, of several columns of a linear fit.
+_DEPENDENT = 1e-10
 #: Least starting value of the steady conductance, relative to the peak's.
 _LEAST_STEADY = 1e-2
 #: Tolerance of the drive for starting values, as a fraction of its range.
@@ -144,7 +145,9 @@ class CouplingSearch:
         self._after = self._t >= 0
         frequencies = _rate_grid(self._t[self._after], _FREQUENCIES)
         self._grid = [(zeta, float(wn)) for zeta in _DAMPINGS for wn in frequencies]
-        self._waves = _second_orders(np.array(self._grid), _coarse(drive), self._t[self._after])
+        zeta, wn = np.array(self._grid).T
+        simple, later = _coarse(drive), self._t[self._after]
+        self._waves = second_order_waves(zeta, wn, lambda poles: mode_waves(poles, simple, later))
 
     def start(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, float]:
         """Return ((Kd, Zd, zeta', wn'), sign) of samples up to ``end`` [s]; sign -1: it falls as the voltage rises.
@@ -241,24 +244,6 @@ def _rate_grid(t: Array, count: int) -> Array:
 def _high_passes(rates: Array, drive: PiecewiseLinear, t: Array) -> Array:
     """Return s/(s + rate) of a drive at ``t`` [s] (samples,) for ``rates`` [1/s] (n,); shape (n, samples)."""
     return np.asarray(drive.value(t) - rates[:, None] * mode_waves(-rates, drive, t))
-
-
-def _second_orders(grid: Array, drive: PiecewiseLinear, t: Array) -> Array:
-    """Return wn^2/(s^2 + 2 zeta wn s + wn^2) and s wn/(...) of a drive for (zeta, wn) of a ``grid`` (n, 2).
-
-    The shape is (n, 2, samples). As a displacement with Kd = wn^2/Zd the first is the part that a zero Zd far away
-    leaves; the second is what a zero at wn adds to it.
-    """
-    zeta, wn = grid.T
-    apart = np.sqrt((zeta**2 - 1).astype(complex))
-    apart[np.abs(apart) < _DOUBLE] = _DOUBLE  # a double pole, as two that nearly are one
-    fast = wn * (zeta + apart)
-    slow = wn**2 / fast
-    first, second = mode_waves(np.concatenate([-fast, -slow]), drive, t).reshape(2, len(grid), len(t))
-    fast, slow, wn = fast[:, None], slow[:, None], wn[:, None]
-    scale = wn / (fast - slow)
-    found = np.stack([wn * scale * (second - first), scale * (fast * first - slow * second)], axis=1)
-    return np.asarray(found.real)
 
 
 def _linear_fits(basis: Array, choices: NDArray[np.intp], data: Array, beside: Array) -> tuple[Array, Array]:

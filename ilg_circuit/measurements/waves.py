@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..findings import Finding
 from .columns import columns_table
-from .kind import RECORD
+from .kind import RECORD, Kind
 from .read import read_columns
 from .record import Record
 from .said import NOTHING, Said
@@ -38,7 +38,84 @@ class Waves:
     notes: tuple[Finding, ...] = ()
 
 
-def read_waves(data: str | Path | Record | Mapping[str, ArrayLike], name: str, said: Said = NOTHING) -> Waves:
+@dataclass(frozen=True)
+class Sensed:
+    """The ``displacement`` [m] of a tip that was moved, and the ``signal`` of the strip, at ``time`` [s] from 0, (n,).
+
+    The ``quantity`` is a voltage [V] between open ``terminals`` ("open"), or a current [A] through shorted ones
+    ("short").
+    """
+
+    source: str
+    time: Array
+    displacement: Array
+    signal: Array
+    terminals: str
+    notes: tuple[Finding, ...] = ()
+
+    @property
+    def quantity(self) -> str:
+        """ "voltage" or "current"."""
+        return "voltage" if self.terminals == "open" else "current"
+
+    @property
+    def unit(self) -> str:
+        """Unit of the signal."""
+        return "V" if self.terminals == "open" else "A"
+
+
+#: A file, columns by header, or a record that was read.
+Readings = str | Path | Record | Mapping[str, ArrayLike]
+
+
+def read_sensed(data: Readings, name: str, terminals: str | None = None, said: Said = NOTHING) -> Sensed:
+    """Return the readings of a sense record; its ``terminals`` by default by which of voltage and current it has.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or has no motion, or no signal, or both and ``terminals`` does not say which.
+    """
+    used = ("displacement", "voltage", "current")
+    table = _read(data, name, replace(RECORD.requiring("time"), used=used), said)
+    found = {q: values for q in used if (values := table.get(q)) is not None}
+    motion = found.pop("displacement", None)
+    if motion is None or not np.nanmax(motion) > np.nanmin(motion):
+        what = "no column of the displacement" if motion is None else "its displacement does not move"
+        raise InputError(
+            f"{table.source}: a sense record without motion: {what}; give time_s, displacement_mm and voltage_mV or "
+            "current_uA of a strip whose tip is moved"
+        )
+    signals = {q: values for q, values in found.items() if np.nanmax(values) > np.nanmin(values)}
+    if terminals is not None:
+        signals = {q: v for q, v in signals.items() if q == ("voltage" if terminals == "open" else "current")}
+    if len(signals) != 1:
+        what = "both a voltage and a current" if signals else "no voltage or current that changes"
+        raise InputError(
+            f"{table.source}: has {what}; a sense record has one of them"
+            + (
+                f": say which by {argument('terminals', 'open')} or short"
+                if signals
+                else ", between or through the terminals"
+            )
+        )
+    if len(table.time) < _FEWEST:
+        raise InputError(f"{table.source}: {len(table.time)} readings; sensing needs {_FEWEST} and more")
+    ((quantity, signal),) = signals.items()
+    moved, shown = _filled(table, "displacement", motion), _filled(table, quantity, signal)
+    ends = "open" if quantity == "voltage" else "short"
+    return Sensed(table.source, table.time - table.time[0], moved, shown, ends, table.notes)
+
+
+def _read(data: Readings, name: str, kind: Kind, said: Said) -> Table:
+    """Return the table of a file, of columns or of a record."""
+    kind = kind.told(said)
+    if isinstance(data, Record):
+        name, data = data.source, data.columns()
+    return read_columns(data, kind) if isinstance(data, str | Path) else columns_table(data, name, kind)
+
+
+def read_waves(data: Readings, name: str, said: Said = NOTHING) -> Waves:
     """Return the readings of a file, of columns by header, or of a record that was read.
 
     Raises
@@ -46,11 +123,7 @@ def read_waves(data: str | Path | Record | Mapping[str, ArrayLike], name: str, s
     InputError
         The file cannot be read, or has no time or no voltage; too few readings, or too many blanks among them.
     """
-    kind = replace(RECORD.requiring("time", "voltage"), used=("voltage", *ANSWERS)).told(said)
-    if isinstance(data, Record):
-        name, data = data.source, data.columns()
-    table = read_columns(data, kind) if isinstance(data, str | Path) else columns_table(data, name, kind)
-    return _waves(table)
+    return _waves(_read(data, name, replace(RECORD.requiring("time", "voltage"), used=("voltage", *ANSWERS)), said))
 
 
 def _waves(table: Table) -> Waves:

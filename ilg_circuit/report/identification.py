@@ -16,14 +16,14 @@ from .. import __version__
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..fit.selection import Candidate
+from ..identification.coupling_contest import LawRow
 from ..identification.current import CurrentData
-from ..identification.displacement_metrics import TAIL, DisplacementMetrics
 from ..identification.identification import Identification
 from ..identification.motion import DisplacementData
 from ..identification.observation_fit import SIZE, ObservationFit
-from ..simulation.step_metrics import SETTLING_BAND, StepMetrics
 from ..strip.file import dumps, save_actuator
 from ..units import format_quantity
+from .displacement_metrics import metrics_header, metrics_lines, metrics_notes, metrics_rows
 from .estimates import (
     HEADER,
     autocorrelation_picture,
@@ -42,23 +42,14 @@ from .page import Grid, Listing, Page, Prose, Section, embedded, picture, repeti
 
 __all__ = ["facts", "figure", "headline", "page", "panels", "save_folder", "summary", "write_actuator"]
 
-#: Metrics of a displacement: name -> (unit, "" for a ratio; description)
-_METRICS = {
-    "final": ("m", "final value"),
-    "peak": ("m", "peak"),
-    "peak_time": ("s", "time of the peak"),
-    "overshoot": ("", "overshoot"),
-    "settling_time": ("s", f"settling time ({SETTLING_BAND:.0%})"),
-    "back_relaxation": ("m", "back-relaxation"),
-}
-_OF_A_PEAK = ("peak_time", "overshoot", "back_relaxation")
-
 
 def summary(result: Identification) -> str:
     """Return the result for a terminal: candidates, parameters, derived quantities, residuals."""
     lines = [headline(result), *_check_lines(result)]
     if len(result.candidates) > 1:
         lines += ["", *_candidate_lines(result)]
+    if result.coupling is not None and len(result.coupling.laws) > 1:
+        lines += ["", *_law_lines(result.coupling.laws)]
     lines += ["", HEADER, *(estimate_line(name, e) for name, e in result.parameters.items())]
     lines += method_lines(result.parameters)
     if result.own:
@@ -154,6 +145,7 @@ def page(result: Identification, drawn: bytes | None = None) -> Page:
         *_check_sections(result),
         Section("Residuals of every file", [_comparison(result), *(Prose(n) for n in comparison_notes(result))]),
         *([Section("Candidates", [_candidates(result), Prose(f"{_basis(result)}.")])] if result.candidates else []),
+        *_laws(result),
         parameter_section(result.parameters),
         *(parameter_section(found, f"Parameters of {source} by itself") for source, found in result.own.items()),
         derived_section(result.derived),
@@ -231,6 +223,33 @@ def _candidate_lines(result: Identification) -> list[str]:
     lines = [f"{'model':<14}{'parameters':>11}{'rms':>9}{'BIC - best':>12}   verdict"]
     rows = [f"{m:<14}{n:>11}{rms:>9}{bic:>12}   {why}" for m, n, rms, bic, why in _candidate_rows(result)]
     return [*lines, *rows, f"({_basis(result)})"]
+
+
+_LAW_HEADER = ("law of bending", "parameters", "rms", "BIC above the best", "prediction", "verdict")
+
+
+def _law_rows(laws: Sequence[LawRow]) -> list[tuple[str, str, str, str, str, str]]:
+    """Return the laws of bending that were compared; the prediction is of a file from the others, with its own gain."""
+
+    def row(each: LawRow) -> tuple[str, str, str, str, str, str]:
+        predicted = "" if each.prediction is None else f"{each.prediction:.2%}"
+        verdict = each.against or ("chosen" if each.chosen else "")
+        return each.law, f"{each.parameters}", f"{each.relative_rms:.2%}", f"{each.bic:.1f}", predicted, verdict
+
+    return [row(each) for each in laws]
+
+
+def _law_lines(laws: Sequence[LawRow]) -> list[str]:
+    rows = [("law", "parameters", "rms", "BIC - best", "prediction", "verdict"), *_law_rows(laws)]
+    return [f"{a:<14}{b:>11}{c:>9}{d:>12}{e:>12}   {f}" for a, b, c, d, e, f in rows]
+
+
+def _laws(result: Identification) -> list[Section]:
+    laws = result.coupling.laws if result.coupling is not None else ()
+    if len(laws) < 2:
+        return []
+    chosen = frozenset(k for k, each in enumerate(laws) if each.chosen)
+    return [Section("Laws of bending", [Grid(_LAW_HEADER, _law_rows(laws), words=frozenset({0, 5}), marked=chosen)])]
 
 
 def _candidates(result: Identification) -> Grid:
@@ -311,53 +330,11 @@ def _windows(result: Identification) -> Grid:
     return Grid(header, [[window, *(cell for row in cells for cell in row)] for window, cells in _window_rows(result)])
 
 
-def metrics_rows(metrics: DisplacementMetrics) -> list[tuple[str, ...]]:
-    """Return name, measured and modelled value of each metric, and the measured one over the longer record, as text."""
-    columns = [metrics.measured, metrics.model, *([metrics.record] if metrics.record else [])]
-    return [(title, *(metric_text(name, column) for column in columns)) for name, (_, title) in _METRICS.items()]
-
-
-def _metrics_header(metrics: DisplacementMetrics) -> tuple[str, ...]:
-    longer = f"measured to {format_quantity(metrics.record_until, 's', 4)}"
-    return ("measured", "model", *([longer] if metrics.record else []))
-
-
-def metric_text(name: str, metrics: StepMetrics) -> str:
-    """Return one metric with its unit; "none seen" for a peak that does not exist."""
-    number, unit = float(getattr(metrics, name)), _METRICS[name][0]
-    if not np.isfinite(number) or (name in _OF_A_PEAK and not np.isfinite(metrics.peak_time)):
-        return "none seen"
-    return format_quantity(number, unit, 4) if unit else f"{number:.1%}"
-
-
-def metrics_lines(metrics: DisplacementMetrics) -> list[str]:
-    """Return the metrics as a table for a terminal."""
-
-    def row(name: str, measured: str, model: str, *record: str) -> str:
-        return f"{name:<28}{measured:>16}{model:>18}" + "".join(f"{text:>22}" for text in record)
-
-    rows = [row("figures of the displacement", *_metrics_header(metrics)), *(row(*r) for r in metrics_rows(metrics))]
-    where, *how = _metrics_notes(metrics)
-    return [*rows, f"({where};", *(f"{line};" for line in how[:-1]), f"{how[-1]})"]
-
-
-def _metrics_notes(metrics: DisplacementMetrics) -> tuple[str, ...]:
-    """Return notes on the metrics: the part of the record, the reference level, the smoothing of the data."""
-    until = format_quantity(metrics.until, "s", 4)
-    where = f"over the first {until} under constant voltage, positive towards the anode"
-    count = metrics.resting
-    known = f"by {count} reading{'' if count == 1 else 's'} before the onset" if count else "the first reading"
-    rest = f"measured: readings less the rest position of {format_quantity(metrics.rest, 'm', 5)} ({known})"
-    low, high = metrics.windows
-    smoothing = f"smoothed by parabolas over {low} to {high} samples" if high > 1 else "not smoothed"
-    return where, rest, f"{smoothing}; final value: mean of the last {TAIL:.0%}; model: d(s) alone"
-
-
 def _metrics_sections(result: Identification) -> list[Section]:
     if result.metrics is None:
         return []
-    grid = Grid(("figure", *_metrics_header(result.metrics)), metrics_rows(result.metrics))
-    note = Prose(" ".join(f"{line[0].upper()}{line[1:]}." for line in _metrics_notes(result.metrics)))
+    grid = Grid(("figure", *metrics_header(result.metrics)), metrics_rows(result.metrics))
+    note = Prose(" ".join(f"{line[0].upper()}{line[1:]}." for line in metrics_notes(result.metrics)))
     return [Section("Displacement: peak, settling, back-relaxation", [grid, note])]
 
 

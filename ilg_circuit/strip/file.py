@@ -27,6 +27,7 @@ from .actuator import (
     IonBranch,
     Material,
     Mounting,
+    Sensing,
     Uncertainty,
     quantities,
 )
@@ -46,6 +47,7 @@ _SECTIONS: dict[str, type] = {
     "coupling": Coupling,
     "electrodes": Electrodes,
     "mounting": Mounting,
+    "sensing": Sensing,
 }
 
 

@@ -23,8 +23,11 @@ from ilg_circuit.hyperelastic import Characterisation
 from ilg_circuit.identification.batch import Batch
 from ilg_circuit.identification.frequency_response import BodeOfRecords
 from ilg_circuit.identification.identification import Identification
+from ilg_circuit.identification.sensing import SensingFit
 from ilg_circuit.identification.shape import ShapeFit
 from ilg_circuit.identification.sheets import SheetsFit
+from ilg_circuit.oscillators.entrainment import Entrainment
+from ilg_circuit.oscillators.loop_run import ReflexRun, ReflexSweep
 from ilg_circuit.oscillators.run import RhythmRun, RhythmSweep
 from ilg_circuit.simulation.bode import Bode
 from ilg_circuit.simulation.impedance import Impedance
@@ -45,10 +48,12 @@ RETURNED = {
     "bode_of": BodeOfRecords,
     "close_loop": Closed,
     "cpg": RhythmRun | RhythmSweep,
+    "reflex": ReflexRun | ReflexSweep | Entrainment,
     "design": DesignReport,
     "fit_curve": FitResult,
     "identify": Identification,
     "identify_each": Batch,
+    "identify_sensing": SensingFit,
     "identify_shape": ShapeFit,
     "identify_sheets": SheetsFit,
     "impedance": Impedance,

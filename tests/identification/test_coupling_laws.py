@@ -55,7 +55,11 @@ def test_a_strip_that_follows_charge_is_recognised() -> None:
         assert low < estimate.value < high
         assert abs(estimate.value - true) < 4 * estimate.stderr
     assert loads(dumps(found.actuator)) == found.actuator
-    assert found.derived["displacement_per_volt"].value == pytest.approx(10800 * 40e-9, rel=0.03)
+    # the gains cancel in part: their sum is told with an interval of its own
+    total = found.derived["displacement_per_volt"]
+    assert total.interval is not None
+    assert total.interval[0] < 10800 * 40e-9 < total.interval[1]
+    assert total.stderr < 0.02 * total.value
     # the covariance of the strip is carried through as any other
     band = prediction_band(found.actuator, STEP, TIME[::50], engine="exact").stderr["displacement"]
     assert 0 < band[-1] < 0.03 * 10800 * 80e-9
@@ -76,3 +80,23 @@ def test_a_law_can_be_named() -> None:
     assert found.time_2 == pytest.approx(20.0, rel=0.1)
     with pytest.raises(InputError, match="is 'chrge'; choose one of auto, ec31, charge1"):
         fitted(law, "chrge")
+
+
+def test_files_of_different_gains_share_the_law() -> None:
+    files = [
+        replace(record(CHARGE.scaled(gain), seed).measurement(), source=f"{seed}.csv")
+        for seed, gain in ((1, 0.6), (2, 1.0), (3, 1.5))
+    ]
+    found = identify(files, base=PAPER, model="rc", engine="exact")
+    (told,) = [f for f in found.findings if f.code == "coupling-gains-differ"]
+    assert told.values["highest"] / told.values["lowest"] == pytest.approx(2.5, rel=0.1)
+    assert found.coupling is not None
+    (chosen,) = [row for row in found.coupling.laws if row.chosen]
+    assert (chosen.law, chosen.prediction) == ("charge1", pytest.approx(0.01, rel=0.2))
+    times = found.parameters["coupling_time_1"]
+    assert abs(times.value - 20.0) < 4 * times.stderr
+    own = [found.own[f.source]["coupling_instantaneous"].value / 90e-9 for f in files]
+    assert own == pytest.approx([0.6, 1.0, 1.5], rel=0.1)
+    # a strip like any of them: the band contains their scatter
+    band = prediction_band(found.actuator, STEP, TIME[::100], engine="exact").stderr["displacement"]
+    assert band[-1] > 0.3 * 10800 * 80e-9

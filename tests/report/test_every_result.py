@@ -41,6 +41,7 @@ from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.batch import Batch, FileFit
 from ilg_circuit.identification.frequency_response import BodeOfRecords
+from ilg_circuit.identification.sensing import SensingFit
 from ilg_circuit.identification.shape import ShapeFit, bent_line, identify_shape
 from ilg_circuit.identification.sheets import SheetsFit, identify_sheets
 from ilg_circuit.measurements.film import Film, film_of
@@ -48,6 +49,8 @@ from ilg_circuit.measurements.marks import Marks
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.track import Track
+from ilg_circuit.oscillators.entrainment import Entrainment
+from ilg_circuit.oscillators.loop_run import ReflexRun, ReflexSweep
 from ilg_circuit.oscillators.run import RhythmRun, cpg
 from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
@@ -121,10 +124,18 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     ),
     ShapeFit: _shape_fit,
     SheetsFit: _sheets_fit,
+    SensingFit: lambda: ilg_circuit.identify_sensing(
+        {"time_s": T, "displacement_mm": np.sin(T / 3), "current_uA": np.sin(T / 3) + 1e-3 * np.cos(T**2)}, PAPER
+    ),
     FitResult: _curve,
     Characterisation: lambda: characterise(readings(TWO, "uniaxial", noise=0.01), terms=1),
     RhythmRun: lambda: cpg("3s"),
     RhythmSweep: lambda: cpg_sweep("inhibition=1:3:5"),
+    ReflexRun: lambda: ilg_circuit.reflex("8 s", "paper", 10, inhibition=4.5, samples=81),
+    ReflexSweep: lambda: ilg_circuit.reflex(strip="paper", sweep="reflex=0:20:3", inhibition=4.5),
+    Entrainment: lambda: ilg_circuit.reflex(
+        strip="paper", gain=100, entrain=0.05, inhibition=4.5, frequencies=[0.7, 0.9, 1.5]
+    ),
     DesignReport: _design,
     Front: _front,
     Closed: lambda: ilg_circuit.close_loop(
@@ -141,7 +152,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Spectrum: lambda: Spectrum("z.csv", np.geomspace(1e-3, 10, 9), 20 + 5 / (1 + 1j * np.geomspace(1e-2, 100, 9))),
 }
 #: Those that make a strip.
-STRIPS = (Identification, DesignReport)
+STRIPS = (Identification, DesignReport, SensingFit)
 SUFFIXES = (".csv", ".json", ".png", ".pdf", ".svg", ".html", ".nc")
 
 each = pytest.mark.parametrize("kind", EXAMPLES, ids=lambda kind: kind.__name__)

@@ -1,0 +1,167 @@
+"""Computes what relaxations of the voltage or the charge of a strip make of its drive, for many time constants at once.
+
+A displacement is linear in the gains of its law, so that the waves of a grid of time constants, once
+computed, serve every law of bending and every stretch of a record.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Array
+from ..circuit.strip import strip_netlist
+from ..drive import PiecewiseLinear
+from ..errors import SolveError
+from ..solve.exact import mode_waves
+from ..solve.modes import modes_of
+from ..solve.state_space import state_space
+from ..strip.actuator import Actuator
+from ..strip.couplings import ChargeCoupling, VoltageRelaxations
+from .modal import second_order_waves
+from .motion_laws import MotionLaw
+
+#: Time constants of the grid, from so many sampling intervals to so many times the record, and so many a decade.
+_SHORTEST, _LONGEST, _A_DECADE = 0.03, 300.0, 16
+#: Relative distance of a pole and a time constant below which the latter is moved.
+_NEAR = 1e-4
+#: Contribution of a mode, relative to the whole, below which it is left out.
+_FELT = 1e-12
+#: Time constant [s] of a relaxation that a source is computed through.
+_DELAY = 0.0123
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The displacement without delay of a gain of 1 m/V: ``direct`` times the drive, and modes of ``poles`` [1/s]."""
+
+    poles: NDArray[Any]
+    amounts: NDArray[Any]
+    direct: float
+
+    @classmethod
+    def of(cls, actuator: Actuator, charge: bool, beam: str) -> Source:
+        """Return the source of a linear strip on a ``beam``, by the ``charge`` or the voltage of its ions."""
+        kind = ChargeCoupling if charge else VoltageRelaxations
+        # a dynamic beam takes no voltage without delay: a relaxation, whose pole is divided out again
+        delayed = beam == "dynamic"
+        law = kind(gain_1=1.0, time_1=_DELAY) if delayed else kind(instantaneous=1.0)
+        system = state_space([strip_netlist(replace(actuator, coupling=law), beam=beam)])
+        row = system.output_names.index("displacement")
+        direct, modes = float(system.d[0, row, 0]), modes_of(system)
+        if modes is None:
+            raise SolveError("the modes of the strip cancel")
+        poles, amounts = modes.poles[0], modes.shown[0, row] * modes.excited[0, :, 0]
+        if delayed:
+            others = np.abs(poles * _DELAY + 1) > _NEAR
+            poles, amounts = poles[others], (amounts * (1 + poles * _DELAY))[others]
+        size = np.abs(amounts / poles)
+        felt = size > _FELT * size.max(initial=abs(direct))
+        return cls(poles[felt], amounts[felt], direct)
+
+    def through(self, poles: NDArray[Any], drive: PiecewiseLinear, t: Array) -> NDArray[Any]:
+        """Return the source's answer to a ``drive`` through 1/(s - pole) (poles, samples), for ``poles`` [1/s] (n,)."""
+        count = len(self.poles)
+        if count:
+            close = np.abs(poles[:, None] - self.poles).min(axis=1) < _NEAR * np.abs(poles)
+            poles = np.where(close, poles * (1 + 2 * _NEAR), poles)
+        every = mode_waves(np.concatenate([self.poles, poles]), drive, t)
+        share = self.amounts / (self.poles - poles[:, None])
+        return (self.direct - share.sum(axis=1))[:, None] * every[count:] + share @ every[:count]
+
+    def answer(self, drive: PiecewiseLinear, t: Array) -> Array:
+        """Return the displacement (samples,) without delay."""
+        found = self.direct * drive.value(t)
+        if len(self.poles):
+            found = found + np.real(self.amounts @ mode_waves(self.poles, drive, t))
+        return np.asarray(found)
+
+
+class Waves:
+    """The displacements of relaxations, gain 1 m/V, at ``t`` [s] since the onset, negative ones at rest.
+
+    ``charge`` says what is relaxed: the charge of the ions, or the voltage across them.
+    """
+
+    def __init__(
+        self, t: Array, drive: PiecewiseLinear, actuator: Actuator, charge: bool, beam: str = "static"
+    ) -> None:
+        self._drive, self._after = drive.from_rest(), t >= 0
+        self._later, self.samples = t[self._after], len(t)
+        self.source = Source.of(actuator, charge, beam)
+        step, last = float(np.median(np.diff(self._later))), float(self._later[-1])
+        #: Shortest and longest time constant [s] that a fit begins with.
+        self.band = max(2 * step, 1e-4 * last), 4 * last
+        lowest, highest = max(_SHORTEST * step, 1e-6 * last), _LONGEST * last
+        self.times = np.geomspace(lowest, highest, int(np.log10(highest / lowest) * _A_DECADE) + 2)
+
+    @cached_property
+    def direct(self) -> Array:
+        """The wave (samples,) without a relaxation."""
+        return self._whole(self.source.answer(self._drive, self._later)[None])[0]
+
+    def exact(self, times: Array) -> Array:
+        """Return the waves (n, samples) of relaxations of ``times`` [s] (n,)."""
+        return self._whole(np.real(self.source.through(-1 / times, self._drive, self._later)) / times[:, None])
+
+    @cached_property
+    def grid(self) -> Array:
+        """The waves (times, samples) of all time constants of the grid."""
+        return self.exact(self.times)
+
+    def relaxed(self, time: float) -> tuple[Array, Array]:
+        """Return the wave (samples,) of one relaxation and its derivative by the logarithm of its ``time`` [s].
+
+        Both are interpolated in the grid, to about 1e-6 of the wave.
+        """
+        x = np.log(np.clip(time, self.times[0], self.times[-1]))
+        return self._spline[0](x), self._spline[1](x)
+
+    def fractional(self, time: float, exponent: float) -> Array:
+        """Return the wave (samples,) of 1/(1 + (s tau)^a), by its density over relaxations."""
+        x = np.log(self.times / time)
+        # between the logarithms of the times; what relaxes faster than all has no delay
+        middle = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, [np.inf]])
+        half = np.pi * exponent / 2
+        below = 0.5 + np.arctan(np.tan(half) * np.tanh(exponent * middle / 2)) / (np.pi * exponent)
+        return np.asarray(below[0] * self.direct + np.diff(below) @ self.grid)
+
+    def second_order(self, damping: Array, frequency: Array) -> Array:
+        """Return the waves (n, 2, samples) of wn^2/(s^2 + 2 zeta wn s + wn^2) and of s wn over the same."""
+        made = second_order_waves(damping, frequency, lambda p: self.source.through(p, self._drive, self._later))
+        return self._whole(made.reshape(-1, len(self._later))).reshape(*made.shape[:2], -1)
+
+    def _whole(self, later: Array) -> Array:
+        """Return waves (n, samples) of all samples from those since the onset."""
+        found = np.zeros((len(later), self.samples))
+        found[:, self._after] = later
+        return found
+
+    @cached_property
+    def _spline(self) -> tuple[Any, Any]:
+        from scipy.interpolate import CubicSpline
+
+        spline = CubicSpline(np.log(self.times), self.grid)
+        return spline, spline.derivative()
+
+
+def displacements(law: MotionLaw, values: Array, waves: Waves) -> Array:
+    """Return the displacements [m] (k, samples) of a ``law`` that relaxes, of ``values`` (k, n) of its parameters."""
+    names = [p.name for p in law.parameters]
+    signed = values * [-1.0 if name in law.negative else 1.0 for name in names]
+    columns = dict(zip((name.removeprefix("coupling_") for name in names), signed.T, strict=True))
+    found = np.zeros((len(values), waves.samples))
+    if law.follows_charge:
+        found += columns["instantaneous"][:, None] * waves.direct
+    for k in range(1, law.relaxations + 1):
+        times, place = np.unique(columns[f"time_{k}"], return_inverse=True)
+        found += columns[f"gain_{k}"][:, None] * waves.exact(times)[place.ravel()]
+    if law.fractional:
+        shapes = zip(columns["fractional_time"].tolist(), columns["fractional_exponent"].tolist(), strict=True)
+        made = np.array([waves.fractional(*shape) for shape in shapes])
+        found += columns["fractional_gain"][:, None] * made
+    return found
