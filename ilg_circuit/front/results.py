@@ -38,6 +38,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Tracked`            the voltage for a path, from `ilg.track`
 `Learned`            errors over repeated trials, from `ilg.learn`
 `Tuned`              a position controller and its margins, from `ilg.tune`
+`Adaptive`           a controller that identifies its strip, from `ilg.adaptive`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
 `RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
 `ReflexRun`          neurons that feel the strip they drive, from `ilg.reflex`
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from ..arms.motion import Motion
     from ..arms.run import ArmResult
     from ..circuit.text import SpiceText
+    from ..control.adaptive import Adaptive
     from ..control.close import Closed
     from ..control.learn import Learned
     from ..control.track import Tracked
@@ -95,6 +97,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Actuator",
+    "Adaptive",
     "ArmResult",
     "Batch",
     "Bode",
@@ -136,6 +139,7 @@ _PLACES = {
     "arms.motion": ("Motion",),
     "arms.run": ("ArmResult",),
     "circuit.text": ("SpiceText",),
+    "control.adaptive": ("Adaptive",),
     "control.close": ("Closed",),
     "control.learn": ("Learned",),
     "control.track": ("Tracked",),

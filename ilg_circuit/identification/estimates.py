@@ -183,10 +183,26 @@ def displacement_quantities(own: DisplacementFit, amounts: Array, per_volt: floa
     """Return the quantities derived from one displacement; ``amounts`` are its linear terms in the joint fit."""
     return {
         "rest_position": Estimate(own.rest, "m"),
-        "displacement_per_volt": Estimate(per_volt, "m/V"),
+        "displacement_per_volt": _static(own, per_volt),
         "displacement_window": Estimate(own.data.window, "s"),
         "displacement_drift": _drift(own, amounts),
     }
+
+
+def _static(own: DisplacementFit, per_volt: float) -> Estimate:
+    """Return the static displacement, of laws that relax with its error: it is known where single gains cancel."""
+    from scipy.stats import t as student
+
+    law = own.motion.law
+    if law.kind is None:
+        return Estimate(per_volt, "m/V")
+    names = [p.name for p in law.parameters]
+    signs = np.zeros(len(names))
+    signs[list(law.gains)] = [-1.0 if names[k] in law.negative else 1.0 for k in law.gains]
+    total = float(signs @ own.fit.values)
+    error = float(np.sqrt(signs @ reported_covariance(own.fit) @ signs)) * abs(per_volt / total)
+    half = float(student.ppf(0.975, reported_freedom(own.fit).min())) * error
+    return Estimate(per_volt, "m/V", error, (per_volt - half, per_volt + half))
 
 
 def _drift(own: DisplacementFit, amounts: Array) -> Estimate:

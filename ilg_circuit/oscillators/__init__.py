@@ -1,6 +1,6 @@
 """Central pattern generator: Matsuoka's neurons, their rhythms, and the same network as an ngspice netlist.
 
-In: a network and its start. Out: its rhythm, as data. May import: the ground floor, `simulation` and below.
+In: a network and its start. Out: its rhythm, as data. May import: the ground floor, `control` and below.
 
 Nothing is imported here, so that the command line starts fast:
 

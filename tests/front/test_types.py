@@ -12,7 +12,9 @@ from PySpice.Spice.Netlist import SubCircuit
 import ilg_circuit as ilg
 from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.circuit.text import SpiceText
+from ilg_circuit.control.adaptive import Adaptive
 from ilg_circuit.control.close import Closed
+from ilg_circuit.control.learn import Learned
 from ilg_circuit.control.track import Tracked
 from ilg_circuit.control.tune import Tuned
 from ilg_circuit.fit.result import FitResult
@@ -39,6 +41,7 @@ from ilg_circuit.study.design import DesignReport
 from ilg_circuit.study.sweep import SweepResult
 
 RETURNED = {
+    "adaptive": Adaptive,
     "app": None,
     "arm": ArmResult,
     "bode": Bode,
@@ -55,6 +58,7 @@ RETURNED = {
     "identify_sheets": SheetsFit,
     "impedance": Impedance,
     "kit": Path,
+    "learn": Learned,
     "library": SpiceText,
     "load": Actuator,
     "netlist": SpiceText,
