@@ -205,7 +205,7 @@ def reflex(
             raise InputError(
                 f"with a strip, {argument('sweep')} goes through gains: reflex=0:10:21; leave out the strip else"
             )
-        return reflex_sweep(loop, swept_values(sweep, ""), neurons_start, progress)
+        return reflex_sweep(loop, swept_values(sweep, "", "reflex=0:10:21"), neurons_start, progress)
     assert entrain is not None
     given = None if frequencies is None else np.atleast_1d(np.asarray(frequencies, dtype=float))
     return entrainment(loop_rhythm(loop, neurons_start), entrain, given, progress)

@@ -116,15 +116,14 @@ def cpg_sweep(
     return sweep(lambda value: wired(**{**wiring, key: value}), name, numbers, start, progress)
 
 
-def swept_values(text: str, unit: str) -> Array:
+def swept_values(text: str, unit: str, example: str = "inhibition=1:5:41") -> Array:
     """Return the values (n,) of a text such as ``inhibition=1:5:41``. Raises InputError if it is not understood."""
     name, _, rest = (part.strip() for part in text.partition("="))
     try:
         first, last, count = (part.strip() for part in rest.split(":"))
     except ValueError:
         raise InputError(
-            f"{argument('sweep')} '{text}' is not understood; write it like {name or 'inhibition'}=1:5:41, from, to "
-            "and how many"
+            f"{argument('sweep')} '{text}' is not understood; write it like {example}, from, to and how many"
         ) from None
     low, high = (parse(end, unit, f"{argument('sweep')} {name}") for end in (first, last))
     if not count.isdecimal() or not 1 <= int(count) <= MOST_VALUES:
