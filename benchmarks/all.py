@@ -24,6 +24,7 @@ RESULTS = Path(__file__).with_name("FIGURES.md")
 PAGES = {
     "accuracy": "",
     "reading": "",
+    "identify_cost": "",
     "stated_error": "STATED_ERROR.md",
     "run": "RESULTS.md",
     "spectra": "SPECTRA.md",
@@ -31,6 +32,7 @@ PAGES = {
     "shape_coverage": "SHAPE.md",
     "sweep": "SWEEP.md",
     "line": "LINE.md",
+    "control": "CONTROL.md",
     "design": "DESIGN.md",
     "papers": "PAPERS.md",
     "intervals": "INTERVALS.md",

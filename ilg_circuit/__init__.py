@@ -29,20 +29,24 @@ if TYPE_CHECKING:
     from .fit.curve import fit_curve
     from .front import results
     from .front.arms import arm
-    from .front.bode import bode
+    from .front.bode import bode, bode_of
     from .front.circuits import kit, library, netlist, subcircuit
-    from .front.control import close_loop, to_control, track, tune
+    from .front.control import close_loop, to_control, track
     from .front.data import read
     from .front.each import identify_each
     from .front.fits import identify, ogden
     from .front.given import load
+    from .front.learning import learn
     from .front.models import register_model
     from .front.pages import page
+    from .front.reflexes import reflex
     from .front.runs import impedance, sense, simulate
+    from .front.sensing import identify_sensing
     from .front.shapes import identify_shape, shape
     from .front.sheets import identify_sheets
     from .front.strips import new_strip
     from .front.studies import pareto
+    from .front.tuning import adaptive, tune
     from .oscillators.run import cpg
     from .strip.actuator import PAPER
     from .study.design import design
@@ -57,19 +61,23 @@ __all__ = [
     "IlgWarning",
     "InputError",
     "SolveError",
+    "adaptive",
     "app",
     "arm",
     "bode",
+    "bode_of",
     "close_loop",
     "cpg",
     "design",
     "fit_curve",
     "identify",
     "identify_each",
+    "identify_sensing",
     "identify_shape",
     "identify_sheets",
     "impedance",
     "kit",
+    "learn",
     "library",
     "load",
     "netlist",
@@ -78,6 +86,7 @@ __all__ = [
     "page",
     "pareto",
     "read",
+    "reflex",
     "register_model",
     "results",
     "sense",
@@ -94,20 +103,24 @@ _PLACES = {
     "errors": ("IlgError", "IlgWarning", "InputError", "SolveError"),
     "fit.curve": ("fit_curve",),
     "front.arms": ("arm",),
-    "front.bode": ("bode",),
+    "front.bode": ("bode", "bode_of"),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
-    "front.control": ("close_loop", "to_control", "track", "tune"),
+    "front.control": ("close_loop", "to_control", "track"),
     "front.data": ("read",),
     "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),
     "front.given": ("load",),
+    "front.learning": ("learn",),
     "front.models": ("register_model",),
     "front.pages": ("page",),
+    "front.reflexes": ("reflex",),
     "front.runs": ("impedance", "sense", "simulate"),
+    "front.sensing": ("identify_sensing",),
     "front.shapes": ("identify_shape", "shape"),
     "front.sheets": ("identify_sheets",),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
+    "front.tuning": ("adaptive", "tune"),
     "oscillators.run": ("cpg",),
     "strip.actuator": ("PAPER",),
     "study.design": ("design",),

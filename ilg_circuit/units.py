@@ -75,6 +75,16 @@ ANY_SIZE = (1e-30, 1e30)
 #: SI prefixes used when a value is written; larger or smaller values are written without one.
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "H", "N", "s", "C", "J", "W", "Hz", "m/V"})
+#: (unit, SI unit) -> factor of the commonest units, for which no library of units needs to be loaded.
+COMMON = {
+    **{
+        (sign + unit, unit): Fraction(10) ** exponent
+        for exponent, prefix in _PREFIXES.items()
+        for sign in ({"u": ("u", "\u00b5", "\u03bc")}.get(prefix, (prefix,)))
+        for unit in _PREFIXABLE
+    },
+    ("cm", "m"): Fraction(1, 100),
+}
 
 
 #: Name of a quantity, or SI unit -> units in use, the most usual first, and the range of SI values that is usual.
@@ -137,6 +147,11 @@ def scale(unit: str, si_unit: str) -> Fraction:
     radians per second are kept apart (pint holds them equal), because the silent factor 2 pi is the classic slip in
     this field.
     """
+    return COMMON[unit, si_unit] if (unit, si_unit) in COMMON else scale_by_pint(unit, si_unit)
+
+
+def scale_by_pint(unit: str, si_unit: str) -> Fraction:
+    """Return `scale` of any unit; to load all units takes half a second."""
     import pint
 
     registry = _registry()

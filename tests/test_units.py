@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ilg_circuit.errors import InputError
-from ilg_circuit.units import PLAUSIBLE, format_quantity, parse, scale
+from ilg_circuit.units import COMMON, PLAUSIBLE, format_quantity, parse, scale, scale_by_pint
 
 SI_UNITS = ("m", "Pa", "V", "A", "ohm", "F", "N", "s", "C", "J", "W", "Hz")
 COMPOUND_UNITS = ("", "ohm m", "F/m", "kg/m^3", "m/(V s)", "1/s", "rad/s", "N/m", "N s/m", "V/s", "m/V", "m/C", "kg")
@@ -48,6 +48,10 @@ def test_every_prefix_is_lossless(exponent: int, mantissa: float) -> None:
     text = format_quantity(value, "m")
     assert parse(text, "m") == value
     assert 0.999999999 <= float(text.split()[0]) < 1000
+
+
+def test_the_commonest_units_are_those_of_the_library() -> None:
+    assert {pair: scale_by_pint(*pair) for pair in COMMON} == COMMON
 
 
 @pytest.mark.parametrize(("prefix", "exponent"), PREFIXES.items())

@@ -22,11 +22,15 @@ from ilg_circuit.findings import SENTENCES
 from ilg_circuit.fit.result import FitResult
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification.batch import Batch
+from ilg_circuit.identification.frequency_response import BodeOfRecords
 from ilg_circuit.identification.identification import Identification
+from ilg_circuit.identification.sensing import SensingFit
 from ilg_circuit.measurements.formats import BINARIES, FORMATS
 from ilg_circuit.measurements.load_test import LoadTest
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
+from ilg_circuit.oscillators.entrainment import Entrainment
+from ilg_circuit.oscillators.loop_run import ReflexRun, ReflexSweep
 from ilg_circuit.oscillators.run import RhythmRun
 from ilg_circuit.oscillators.sweep import RhythmSweep
 from ilg_circuit.result import Result
@@ -35,7 +39,17 @@ from ilg_circuit.simulation.drives import CURRENT, FORMS
 from ilg_circuit.simulation.impedance import Impedance
 from ilg_circuit.simulation.response import Response
 from ilg_circuit.simulation.sensing import Sensed
-from ilg_circuit.strip.actuator import Actuator, Coupling, Electrodes, Geometry, IonBranch, Layer, Material, Mounting
+from ilg_circuit.strip.actuator import (
+    Actuator,
+    Coupling,
+    Electrodes,
+    Geometry,
+    IonBranch,
+    Layer,
+    Material,
+    Mounting,
+    Sensing,
+)
 from ilg_circuit.strip.couplings import RelaxingCoupling
 from ilg_circuit.strip.models.registry import ADDITIONS, MODELS
 from ilg_circuit.study.design import DesignReport
@@ -44,8 +58,9 @@ from ilg_circuit.study.sweep import SweepResult
 ROOT = Path(__file__).parents[2]
 #: What users hold in their hands.
 RESULTS = (
-    *(Response, Impedance, Bode, Sensed, Identification, Batch, FitResult, Characterisation, SweepResult, DesignReport),
-    *(RhythmRun, RhythmSweep, ArmResult, Motion, Record, Spectrum, LoadTest, Result, Actuator),
+    *(Response, Impedance, Bode, BodeOfRecords, Sensed, Identification, Batch, FitResult, Characterisation),
+    *(SensingFit, SweepResult, DesignReport, RhythmRun, RhythmSweep, ReflexRun, ReflexSweep, Entrainment, ArmResult),
+    *(Motion, Record, Spectrum, LoadTest, Result, Actuator),
 )
 
 
@@ -97,6 +112,7 @@ def strip_keys() -> str:
         ('[coupling] kind = "charge", kind = "voltage-relaxations"', RelaxingCoupling),
         ("[electrodes]", Electrodes),
         ("[mounting]", Mounting),
+        ("[sensing]", Sensing),
         ("[[layers]]", Layer),
     ):
         rows = []

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from ..strip.actuator import Coupling
 from ..strip.elements import Elements
+from ..strip.port import Port
 from .load import FORCE_SCALE, VELOCITY_SCALE
 from .netlist import GROUND, Element, Role
 from .port import ion_path, port_node
@@ -31,12 +32,37 @@ class Transducer(ABC):
         """
 
     @abstractmethod
+    def cell(self, port: Port, suffix: str, top: str, end: str) -> tuple[list[Element], dict[str, float]]:
+        """Return the filter of one cell of a line, and D(s) x in it [m] as coefficients of node voltages.
+
+        ``port`` is the cell's share, whose ion path lies between ``top`` and ``end``, and has the ``suffix``.
+        """
+
+    @abstractmethod
+    def driven(self, name: str = "d") -> str:
+        """Return the node of x, of odd and even parts where there are any, that drives the filter ``name``."""
+
+    @abstractmethod
+    def averaged(self) -> list[Element]:
+        """Return the filter ``d`` of a line's dynamic beam, driven by the mean x of its cells at node ``mean``."""
+
+    @abstractmethod
     def displacement(self) -> dict[str, float]:
         """Return the free displacement y1 [m] as coefficients of the filter's node voltages."""
 
     @abstractmethod
     def velocity(self) -> list[Element]:
-        """Return the current sources into node ``beam`` whose sum is the free velocity. Raises InputError if none."""
+        """Return the current sources into node ``beam`` whose sum is the free velocity.
+
+        What follows without delay is `direct_velocity`. Raises InputError if there is no such sum.
+        """
+
+    def direct_velocity(self, port: Port, suffix: str, top: str, share: float = 1.0) -> list[Element]:
+        """Return the current sources into node ``beam`` of what follows the currents of an ion path without delay.
+
+        ``port`` is that of a cell, whose ``share`` of the displacement this is, and ``top`` its node.
+        """
+        return []
 
     @abstractmethod
     def voltage(self) -> list[Element]:
@@ -57,8 +83,18 @@ class SecondOrder(Transducer):
     def filter(self, end: str, inner: float = 0.0) -> list[Element]:
         return filter_elements(self.coupling, port_node(self.lumped.port), end, "d", inner)
 
+    def cell(self, port: Port, suffix: str, top: str, end: str) -> tuple[list[Element], dict[str, float]]:
+        name = f"d{suffix}"
+        return filter_elements(self.coupling, top, end, name), moved(self.coupling, name)
+
+    def driven(self, name: str = "d") -> str:
+        return f"{name}1"
+
+    def averaged(self) -> list[Element]:
+        return filter_elements(self.coupling, "mean", GROUND, "d")
+
     def displacement(self) -> dict[str, float]:
-        return free_displacement(self.lumped, self.coupling)
+        return {q: self.lumped.bending_ratio * c for q, c in moved(self.coupling, "d").items()}
 
     def velocity(self) -> list[Element]:
         gain = self.lumped.bending_ratio / VELOCITY_SCALE
@@ -99,8 +135,8 @@ def filter_rate(
     ]
 
 
-def free_displacement(lumped: Elements, coupling: Coupling) -> dict[str, float]:
-    """Return y1 = k d(s) v as coefficients of the filter's node voltages: k d0 [v_C + (v1 - v2)/(R Zd C)]."""
-    static = lumped.bending_ratio * coupling.static
+def moved(coupling: Coupling, name: str) -> dict[str, float]:
+    """Return d(s) v [m] as coefficients of the node voltages of a filter: d0 [v_C + (v1 - v2)/(R Zd C)]."""
+    static = coupling.static
     through = static / (2 * coupling.damping_ratio / coupling.natural_frequency * coupling.zero)
-    return {"v(d3)": static, "v(d1)": through, "v(d2)": -through}
+    return {f"v({name}3)": static, f"v({name}1)": through, f"v({name}2)": -through}

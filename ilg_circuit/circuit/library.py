@@ -114,6 +114,11 @@ class Parts:
 
 def parts(actuator: Actuator, name: str, beam: str | None = None) -> Parts:
     """Return the parts of the text that `library` writes."""
+    if actuator.sensing is not None:
+        raise InputError(
+            f"actuator '{actuator.name}' has a [sensing] of its own, and a subcircuit's tip is reciprocal; leave that "
+            "section out, or take what sense computes"
+        )
     beam = actuator.beam(beam)
     netlist, lumped = library_netlist(actuator, beam), lumped_elements(actuator)
     pins, elements = pinned(actuator, name, netlist)

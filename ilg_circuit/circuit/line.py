@@ -4,11 +4,12 @@
                                   shunt     shunt                    the port of the model for dx/L of the strip
     m1 -- lead -- sheet 2: -- R/2 --+-- R/2 --+-- R/2 -- ...
 
-The two halves between neighbours are one resistor. In each cell of the free length d(s) makes the curvature
-(6/b^2) d(s) v_p of the voltage v_p across its ion path, so that the free displacement at L_F is the sum of its arms
-times these. The arms of all cells add up to L_F^2/2: without sheet resistance the line is the lumped strip.
+The two halves between neighbours are one resistor. In each cell of the free length the coupling D(s) makes the
+curvature (6/b^2) D(s) x of the voltage across its ion path, or of its charge, so that the free displacement at L_F is
+the sum of its arms times these. The arms of all cells add up to L_F^2/2: without sheet resistance the line is the
+lumped strip.
 
-A dynamic beam is one for all cells. Since their d(s) is one, it is driven by d(s) of the mean of v_p by the arms. What
+A dynamic beam is one for all cells. Since their D(s) is one, it is driven by D(s) of the mean of x by the arms. What
 it reflects on cell k, N_k F1, has the arm of the cell: the lumped strip's reflected voltage times the cell's share.
 """
 
@@ -18,16 +19,16 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from ..errors import InputError
-from ..strip.actuator import Actuator, Coupling
+from ..strip.actuator import Actuator
 from ..strip.cells import Cell, Layout, least_cells
 from ..strip.cells import layout as cells_of
 from ..strip.electrodes import Electrodes
 from ..strip.elements import Elements, lumped_elements
 from ..strip.port import Port
-from .coupling import SecondOrder, filter_elements, free_displacement
 from .load import SCALE_NOTE, Load
 from .netlist import GROUND, Element, Netlist, Output, Role
 from .port import electron_path, ion_path
+from .relaxing import transducer
 from .strip import tip_motion
 from .wiring import Wiring, joined
 
@@ -63,30 +64,19 @@ def line_netlist(
     lumped = lumped_elements(actuator, band, load.mass)
     if rest:
         raise InputError("a strip with [electrodes] starts from 0 V; drive it from there")
-    coupling = lumped.coupling
-    assert coupling is None or isinstance(coupling, Coupling)  # a strip with electrodes has no other
-    if coupling is None and load:
+    if lumped.coupling is None and load:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
     made = sheets_of(actuator, layout, lumped, wires)
     made.add_cells(beam)
     title = f"ILG strip {actuator.name}, line of {len(layout.free)} cells"
     comments: tuple[str, ...] = ()
-    if coupling is not None:
-        made.add_motion(coupling, beam, tip, load)
+    if lumped.coupling is not None:
+        made.add_motion(beam, tip, load)
         title = f"{title}, {beam} beam, {tip} tip"
         comments = (SCALE_NOTE,)
     drive, *further = made.drives
     outputs = [*made.terminals(), *made.outputs]
     return Netlist(title, tuple(made.resolved()), tuple(made.named(outputs)), drive, comments, 0.0, tuple(further))
-
-
-def cell_coupling(
-    lumped: Elements, coupling: Coupling, name: str, plus: str, minus: str
-) -> tuple[list[Element], dict[str, float]]:
-    """Return the filter ``name`` of a cell's coupling, and d(s) v in it [m], as coefficients of node voltages."""
-    terms = free_displacement(lumped, coupling)
-    moved = {f"v({name}{quantity[3:]}": c / lumped.bending_ratio for quantity, c in terms.items()}
-    return filter_elements(coupling, plus, minus, name), moved
 
 
 def sheets_of(actuator: Actuator, layout: Layout, lumped: Elements, wires: Wiring) -> Line:
@@ -219,9 +209,9 @@ class Line:
         shares = self.shares() if beam == "dynamic" and self.lumped.coupling is not None else {}
         for j, cell in enumerate(self.layout.cells):
             if cell.active:
-                port, (top, end, back) = self.port.share(self.fraction(cell)), self.ends(j, reflected=j in shares)
-                self.elements.append(electron_path(port, top, end, f"_{j}_"))
-                ions, charge = ion_path(port, top, back, f"_{j}_")
+                port, (top, end, back) = self.share(cell), self.ends(j, reflected=j in shares)
+                self.elements.append(electron_path(port, top, end, _suffix(j)))
+                ions, charge = ion_path(port, top, back, _suffix(j))
                 self.elements += ions
                 for quantity, c in charge.items():
                     self.charge[quantity] = self.charge.get(quantity, 0.0) + c
@@ -229,13 +219,25 @@ class Line:
     def fraction(self, cell: Cell) -> float:
         return cell.length / self.actuator.geometry.length
 
+    def share(self, cell: Cell) -> Port:
+        """Return the port of a cell."""
+        return self.port.share(self.fraction(cell))
+
     def ends(self, j: int, *, reflected: bool) -> tuple[str, str, str]:
         """Return the nodes of a cell on side 1 and 2, and the one where its ion path ends."""
         top, end = _foil("p", j), _foil("m", j)
         return top, end, f"back_{j}_" if reflected else end
 
-    def add_motion(self, coupling: Coupling, beam: str, tip: str, load: Load) -> None:
+    def add_filter(self, j: int, *, reflected: bool = False) -> dict[str, float]:
+        """Add the filter of a cell's coupling; return D(s) x in it [m], as coefficients of node voltages."""
+        top, _, back = self.ends(j, reflected=reflected)
+        elements, moved = transducer(self.lumped).cell(self.share(self.layout.cells[j]), _suffix(j), top, back)
+        self.elements += elements
+        return moved
+
+    def add_motion(self, beam: str, tip: str, load: Load) -> None:
         """Add the curvature of every cell of the free length, and the tip's motion."""
+        wired = transducer(self.lumped)
         thickness, shares, dynamic = self.actuator.geometry.thickness, self.shares(), beam == "dynamic"
         displacement: dict[str, float] = {}
         curvatures: list[Output] = []
@@ -245,25 +247,25 @@ class Line:
                 continue
             terms: dict[str, float] = {}
             if cell.active:
-                top, end, back = self.ends(j, reflected=dynamic and j in shares)
-                elements, terms = cell_coupling(self.lumped, coupling, f"d_{j}_", top, back)
-                self.elements += elements
+                terms = self.add_filter(j, reflected=dynamic and j in shares)
                 displacement |= {q: self.lumped.bending_ratio * shares.get(j, 0.0) * c for q, c in terms.items()}
                 terms = {q: 6 / thickness**2 * c for q, c in terms.items()}
                 if dynamic and j in shares:
-                    mean = (GROUND, "mean", top, back)
-                    self.elements.append(Element(f"Gmean_{j}_", mean, shares[j], role=Role.COUPLING_FILTER))
+                    top, end, back = self.ends(j, reflected=True)
+                    mean = (GROUND, "mean", wired.driven(f"d{_suffix(j)}"), GROUND)
+                    self.elements.append(Element(f"Gmean{_suffix(j)}", mean, shares[j], role=Role.COUPLING_FILTER))
+                    self.elements += wired.direct_velocity(self.share(cell), _suffix(j), top, shares[j])
                     # N_k = (arm per length) over that of the lumped strip, which its whole length shares
                     gain = shares[j] / self.fraction(cell)
-                    backs.append(Element(f"Eback_{j}_", (back, end, "copy", GROUND), gain, role=Role.REFLECTED_VOLTAGE))
+                    backs.append(
+                        Element(f"Eback{_suffix(j)}", (back, end, "copy", GROUND), gain, role=Role.REFLECTED_VOLTAGE)
+                    )
             curvatures.append(Output(f"curvature_{len(curvatures) + 1}", "1/m", tuple(terms.items()), probe=True))
         if dynamic:
             self.elements.append(Element("Rmean", ("mean", GROUND), 1.0, role=Role.COUPLING_FILTER))
-            self.elements += filter_elements(coupling, "mean", GROUND, "d")
-            displacement = free_displacement(self.lumped, coupling)
-        moving, motion = tip_motion(
-            self.lumped, SecondOrder(self.lumped, coupling), displacement, backs, beam, tip, load
-        )
+            self.elements += wired.averaged()
+            displacement = wired.displacement()
+        moving, motion = tip_motion(self.lumped, wired, displacement, backs, beam, tip, load)
         self.elements += moving
         self.outputs += [*motion, *curvatures]
 
@@ -311,6 +313,11 @@ class Line:
                 terms[quantity] = terms.get(quantity, 0.0) + c
             found.append(replace(output, terms=tuple(terms.items())))
         return found
+
+
+def _suffix(j: int) -> str:
+    """Return what the names of elements and nodes of cell ``j`` end with, before a number of their own."""
+    return f"_{j}_"
 
 
 def _foil(letter: str, j: int) -> str:

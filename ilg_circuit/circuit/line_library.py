@@ -15,11 +15,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ..errors import InputError
-from ..strip.actuator import Actuator, Coupling
+from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..units import format_quantity
-from .line import Line, cell_coupling
+from .line import Line
 from .line_response import chosen_layout
 from .netlist import GROUND, Element, plain, series_sum
 from .provenance import FIRST_STEP, INDUCTORS, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
@@ -72,16 +72,11 @@ def line_library(actuator: Actuator, name: str | None = None, beam: str | None =
 
 def _shape(line: Line) -> Iterator[str]:
     """Add the filters of all cells to a line; return the sources of curvatures, angle, x and y."""
-    coupling, thickness = line.lumped.coupling, line.actuator.geometry.thickness
-    assert isinstance(coupling, Coupling)
+    thickness = line.actuator.geometry.thickness
     free = [(j, cell) for j, cell in enumerate(line.layout.cells) if cell.free]
     last = {"angle": GROUND, "x": GROUND, "y": GROUND}
     for n, (j, cell) in enumerate(free, 1):
-        terms: dict[str, float] = {}
-        if cell.active:
-            top, end, _ = line.ends(j, reflected=False)
-            elements, terms = cell_coupling(line.lumped, coupling, f"d_{j}_", top, end)
-            line.elements += elements
+        terms = line.add_filter(j) if cell.active else {}
         gained = [(quantity, 6 / thickness**2 * c) for quantity, c in terms.items()]
         sources = series_sum(f"k{n}", gained) if gained else [Element(f"Vk{n}", (f"k{n}", GROUND), 0.0)]
         yield from (element.line() for element in sources)

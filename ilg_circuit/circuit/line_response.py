@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, ComplexArray
-from ..strip.actuator import Actuator, Coupling
+from ..strip.actuator import Actuator
 from ..strip.cells import Layout, layout, least_cells
 from ..strip.elements import Elements, lumped_elements
 from .line import sheets_of
@@ -142,7 +142,5 @@ def _change(actuator: Actuator, cells: Layout, wires: Wiring, s: ComplexArray, l
 
 
 def _passed(lumped: Elements, s: ComplexArray) -> Array:
-    """Return d(s) of the coupling, relative to its gain."""
-    k = lumped.coupling
-    assert isinstance(k, Coupling)
-    return np.asarray((s + k.zero) / (s**2 + 2 * k.damping_ratio * k.natural_frequency * s + k.natural_frequency**2))
+    """Return the free displacement of the lumped strip over the voltage across its ion path."""
+    return np.array([lumped.coupling_factor(x) / (x * lumped.ion_impedance(x)) for x in s])

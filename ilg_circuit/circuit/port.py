@@ -66,16 +66,16 @@ def electron_path(port: Port, top: str, end: str, suffix: str = "") -> Element:
     return Element(f"Bdc{suffix}", (top, end), current, law="sinh", scale=scale, role=role)
 
 
-def stores(port: Port) -> list[tuple[str, float]]:
-    """Return the nodes of the ion path whose voltages tell its charge, with coefficients [F].
+def stores(port: Port, suffix: str = "") -> list[tuple[str, float]]:
+    """Return the nodes of an ion path with a ``suffix`` whose voltages tell its charge, with coefficients [F].
 
     Those of an ion path, ``ion...``, are against its end; those of charge meters, ``q...``, are charges to ground.
     """
     if port.ladder is not None:
-        return [(f"ion{len(port.ladder.sections) + 1}", port.ladder.capacitance)]
+        return [(f"ion{suffix}{len(port.ladder.sections) + 1}", port.ladder.capacitance)]
     if port.charge_law is not None:
-        return [(f"q{k}", 1.0) for k in range(1, len(port.branches) + 1)]
-    return [(f"ion{k}", c) for k, (_, c) in enumerate(port.branches, 1)]
+        return [(f"q{suffix}{k}", 1.0) for k in range(1, len(port.branches) + 1)]
+    return [(f"ion{suffix}{k}", c) for k, (_, c) in enumerate(port.branches, 1)]
 
 
 def ion_path(

@@ -17,6 +17,7 @@ from ..errors import InputError, argument
 from ..strip.actuator import Coupling
 from ..strip.couplings import RelaxingCoupling
 from ..strip.elements import Elements
+from ..strip.port import Port
 from .coupling import SecondOrder, Transducer
 from .load import FORCE_SCALE, VELOCITY_SCALE
 from .netlist import GROUND, Element, Role, series_sum
@@ -33,26 +34,36 @@ class Relaxing(Transducer):
     coupling: RelaxingCoupling
 
     def filter(self, end: str, inner: float = 0.0) -> list[Element]:
-        port, law = self.lumped.port, self.coupling
-        top = port_node(port)
-        kept = [(node, end, c / port.capacitance) for node, c in stores(port)]
+        port = self.lumped.port
+        return self._filter("d", port, "", port_node(port), end, self.lumped.bent(inner))
+
+    def _filter(self, name: str, port: Port, suffix: str, top: str, end: str, start: float = 0.0) -> list[Element]:
+        """Return the filter ``name`` of an ion path with a ``suffix`` between ``top`` and ``end``."""
+        law = self.coupling
+        kept = [(node, end, c / port.capacitance) for node, c in stores(port, suffix)]
         # a charge meter's node is a charge to ground
         kept = [(node, GROUND if node.startswith("q") else low, gain) for node, low, gain in kept]
         drives = kept if law.follows_charge else [(top, end, 1.0)]
-        ends = ["xd", *(f"xd_{k}" for k in range(1, len(drives))), GROUND]
+        ends = [f"x{name}", *(f"x{name}_{k}" for k in range(1, len(drives))), GROUND]
         elements = [
-            Element(f"Exd{k}", (ends[k], ends[k + 1], plus, minus), gain, role=_ROLE)
+            Element(f"Ex{name}{k}", (ends[k], ends[k + 1], plus, minus), gain, role=_ROLE)
             for k, (plus, minus, gain) in enumerate(drives)
         ]
         if not law.linear:
-            odd, even = law.odd or 0.0, law.even or 0.0
-            elements.append(Element("Bwd", ("wd", GROUND, "xd"), odd, law="bent", scale=even, role=_ROLE))
-        return elements + self._sections("d", self._driven, self.lumped.bent(inner))
+            odd, even, x = law.odd or 0.0, law.even or 0.0, f"x{name}"
+            elements.append(Element(f"Bw{name}", (f"w{name}", GROUND, x), odd, law="bent", scale=even, role=_ROLE))
+        return elements + self._sections(name, self.driven(name), start)
 
-    @property
-    def _driven(self) -> str:
-        """The node of w, from which the relaxations hang."""
-        return "xd" if self.coupling.linear else "wd"
+    def driven(self, name: str = "d") -> str:
+        return f"x{name}" if self.coupling.linear else f"w{name}"
+
+    def cell(self, port: Port, suffix: str, top: str, end: str) -> tuple[list[Element], dict[str, float]]:
+        name = f"d{suffix}"
+        return self._filter(name, port, suffix, top, end), self._terms(name, self.driven(name))
+
+    def averaged(self) -> list[Element]:
+        mean = Element("Exd", (self.driven(), GROUND, "mean", GROUND), 1.0, role=_ROLE)
+        return [mean, *self._sections("d", self.driven())]
 
     def _sections(self, name: str, node: str, start: float = 0.0) -> list[Element]:
         elements = []
@@ -67,7 +78,7 @@ class Relaxing(Transducer):
         return terms | ({f"v({node})": self.coupling.instantaneous} if self.coupling.instantaneous else {})
 
     def displacement(self) -> dict[str, float]:
-        return {q: self.lumped.bending_ratio * gain for q, gain in self._terms("d", self._driven).items()}
+        return {q: self.lumped.bending_ratio * gain for q, gain in self._terms("d", self.driven()).items()}
 
     def gains(self) -> list[str]:
         """Return the gains of `displacement`, in its order, as expressions of a library."""
@@ -75,25 +86,25 @@ class Relaxing(Transducer):
         return [*modes, *(["coupling_instantaneous"] if self.coupling.instantaneous else [])]
 
     def velocity(self) -> list[Element]:
-        gain, law, role = self.lumped.bending_ratio / VELOCITY_SCALE, self.coupling, Role.FREE_VELOCITY
-        elements = self._rates("v1", "d", self._driven, (GROUND, "beam"), gain, role)
+        gain = self.lumped.bending_ratio / VELOCITY_SCALE
+        return self._rates("v1", "d", self.driven(), (GROUND, "beam"), gain, Role.FREE_VELOCITY)
+
+    def direct_velocity(self, port: Port, suffix: str, top: str, share: float = 1.0) -> list[Element]:
+        law, role = self.coupling, Role.FREE_VELOCITY
         if not law.instantaneous:
-            return elements
+            return []
         self._require_rate()
         if not law.linear:
             raise InputError(
                 "coupling.instantaneous with an odd or even part needs the rate of a product on a dynamic beam; take "
                 f"{argument('beam', 'static')}, or a gain_1 with a short time_1"
             )
-        port = self.lumped.port
-        gain *= law.instantaneous / port.capacitance
-        top = port_node(port)
-        if port.ladder is not None:
-            resistance = port.series_resistance + port.ladder.resistance
-            return [*elements, Element("Gv1i1", (GROUND, "beam", top, "ion1"), gain / resistance, role=role)]
-        return elements + [
-            Element(f"Gv1i{k}", (GROUND, "beam", top, f"ion{k}"), gain / r, role=role)
-            for k, (r, _) in enumerate(port.branches, 1)
+        gain = share * self.lumped.bending_ratio / VELOCITY_SCALE * law.instantaneous / port.capacitance
+        first = port.series_resistance + port.ladder.resistance if port.ladder is not None else 0.0
+        resistances = [first] if port.ladder is not None else [r for r, _ in port.branches]
+        return [
+            Element(f"Gv1i{suffix}{k}", (GROUND, "beam", top, f"ion{suffix}{k}"), gain / r, role=role)
+            for k, r in enumerate(resistances, 1)
         ]
 
     def _rates(self, rate: str, name: str, node: str, out: tuple[str, str], gain: float, role: Role) -> list[Element]:

@@ -28,6 +28,7 @@ from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load
 from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
 from .port import driven_port, port_elements, port_node
 from .relaxing import transducer
+from .sensing import sensing_elements
 
 
 def electrical_netlist(
@@ -111,6 +112,8 @@ def strip_netlist(
     elements += wired.filter(back, inner)
     free = wired.displacement()
     moving, motion = tip_motion(lumped, wired, free, [BACK], beam, tip, load)
+    if beam == "dynamic":
+        moving = [*wired.direct_velocity(port, "", port_node(port)), *moving]
     outputs += motion
     moved = tuple((q, c / VELOCITY_SCALE) for q, c in free.items()) if beam == "dynamic" else ()
     return Netlist(title, (*elements, *moving), tuple(outputs), comments=(SCALE_NOTE,), rest=rest, free=moved)
@@ -159,7 +162,9 @@ def _motion(displacement: dict[str, float], force: dict[str, float]) -> list[Out
 
 
 def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[float, float] = LADDER_BAND) -> Netlist:
-    """Return the strip as a sensor: the point L_F is moved, EC (17) inverted; ``terminals`` are "open" or "short".
+    """Return the strip as a sensor: the point L_F is moved; ``terminals`` are "open" or "short".
+
+    The signal is that of its [sensing], or else reciprocal, EC (17) inverted.
 
     The drive is the displacement y of L_F in metres (1 V = 1 m). Outputs: voltage [V] at open terminals or current [A]
     into the strip's plus pin at shorted ones, charge [C], displacement [m], and the elastic force [N] of the strip at
@@ -170,19 +175,22 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
         raise InputError(f"terminals are '{terminals}'; choose open or short")
     require_lump(actuator, "sensing")
     lumped = lumped_elements(actuator, band)
-    if lumped.coupling is None:
-        raise InputError(f"actuator '{actuator.name}' has no [coupling]; it cannot sense")
+    if lumped.coupling is None and actuator.sensing is None:
+        raise InputError(f"actuator '{actuator.name}' has no [coupling]; it cannot sense without it or a [sensing]")
     node = port_node(lumped.port)
     shorted = Element("Vshort", ("drive", GROUND), 0.0, role=Role.SOURCE) if terminals == "short" else None
     elements, outputs = port_elements(lumped.port, "back", shorted)
     elements.insert(0, Element("Vmotion", ("motion", GROUND), 0.0, role=Role.SOURCE))
-    wired = transducer(lumped)
-    elements += wired.filter("back")
+    wired = transducer(lumped) if lumped.coupling is not None else None
+    elements += wired.filter("back") if wired is not None else []
     # the force on a beam whose tip is held at y: F1 = K (y1 - y), a sum of sources in series
-    elastic = {q: c * lumped.stiffness for q, c in wired.displacement().items()}
+    elastic = {q: c * lumped.stiffness for q, c in wired.displacement().items()} if wired is not None else {}
     elastic["v(motion)"] = -lumped.stiffness
     elements += series_sum("beam", [(quantity, gain / FORCE_SCALE) for quantity, gain in elastic.items()])
-    elements += wired.reflection()
+    if actuator.sensing is not None:
+        elements += sensing_elements(actuator.sensing, lumped, actuator.geometry)
+    elif wired is not None:
+        elements += wired.reflection()
     if terminals == "open":
         # without a source nothing ties the terminal down but the strip itself
         outputs.insert(0, Output("voltage", "V", ((f"v({node})", 1.0),)))

@@ -16,6 +16,7 @@ COMMANDS = {
     "examples": "List the example scripts, or copy them with their notebooks.",
     "identify": "Fit a strip to measured steps, waveforms and impedance spectra.",
     "impedance": "Compute the impedance spectrum at a strip's terminals.",
+    "learn": "Learn the voltage for a path over repeated trials.",
     "netlist": "Write a strip as a SPICE deck, a subcircuit, or a kit of both.",
     "new": "Write the file of a strip from its sizes.",
     "ogden": "Fit one hyperelastic material to all load tests of a gel.",

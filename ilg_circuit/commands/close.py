@@ -42,7 +42,24 @@ from .tune import delay_option
     ),
     click.option("--period", metavar="TIME", help="Time between calls of a sampled controller, such as 0.1s."),
     click.option("--computation", default="0s", metavar="TIME", help="Time from a call to its voltage."),
+    click.option("--jitter", default="0s", metavar="TIME", help="By so much later a voltage may come, by chance."),
     click.option("--voltage", metavar="VOLTAGE", help="Limit of the voltage.  [default: the controller's, else 4V]"),
+)
+@group(
+    "Power stage",
+    click.option(
+        "--pwm", metavar="FREQUENCY", help="An H-bridge that switches its --supply so often.  [default: no switching]"
+    ),
+    click.option("--duty-steps", type=int, default=256, metavar="N", help="Steps of its duty."),
+)
+@group(
+    "A strip that drifts",
+    click.option(
+        "--drift",
+        metavar="CHANGES",
+        help="Changes over the run, such as capacitance=-40%,dynamic_resistance=+80%; also dc_resistance, gain.",
+    ),
+    click.option("--adapt", is_flag=True, help="Have a tuned PI identify the strip and reschedule its gains."),
 )
 @group(
     "Sensor",
@@ -56,7 +73,7 @@ from .tune import delay_option
     click.option(
         "--gain-bandwidth", metavar="FREQUENCY", help="Gain-bandwidth product of the amplifiers.  [default: 1MHz]"
     ),
-    click.option("--supply", metavar="VOLTAGE", help="Their supply, of either sign.  [default: 15V]"),
+    click.option("--supply", metavar="VOLTAGE", help="Their supply, or that of --pwm.  [default: 15V; the limit]"),
     click.option("--sensor-gain", metavar="GAIN", help="Voltage of sensor and reference.  [default: 1V/mm]"),
 )
 @group("Sampling", click.option("--samples", type=int, default=601, metavar="N", help="Number of samples returned."))

@@ -20,6 +20,7 @@ from .progress import ProgressBar
         "cpg --duration 10s --out rhythm.csv --plot rhythm.png",
         "cpg --topology ring --inhibition 2 --duration 10s --json",
         "cpg --sweep inhibition=1:5:41 --out table.csv",
+        "cpg --strip strip.toml --reflex 1 --inhibition 4.5 --duration 120s --plot reflex.png",
     ),
 )
 @group(
@@ -50,6 +51,19 @@ from .progress import ProgressBar
     ),
 )
 @group(
+    "Reflex",
+    click.option("--strip", type=FILE, help="Strip that the neurons drive and feel (TOML file, or paper)."),
+    click.option("--reflex", type=NUMBER, help="Gain h [1/rad]: - h angle into the extensor, + h angle the flexor."),
+    click.option("--rest-angle", type=NUMBER, help="Angle at which the reflex is silent [rad].  [default: 0]"),
+    click.option("--voltage", metavar="VOLTAGE", help="Largest voltage on a segment of the strip.  [default: 4V]"),
+    click.option(
+        "--reference", type=NUMBER, help="Output that gives --voltage.  [default: the neurons' own amplitude]"
+    ),
+    click.option(
+        "--entrain", type=NUMBER, help="Amplitude of a periodic input: the frequencies to which the rhythm locks."
+    ),
+)
+@group(
     "Run",
     click.option("--duration", metavar="TIME", help="How long the run is, such as 10s."),
     click.option(
@@ -65,7 +79,8 @@ from .progress import ProgressBar
     click.option(
         "--sweep",
         metavar="NAME=RANGE",
-        help="Vary one parameter: inhibition=1:5:41 is 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...",
+        help="Vary one parameter: inhibition=1:5:41 is 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...; "
+        "with --strip reflex=0:10:21.",
     ),
 )
 @group(
@@ -84,11 +99,40 @@ def cpg(sweep: str | None, as_json: bool, **options: Any) -> None:
     from ..oscillators.run import cpg as run
 
     outputs = {f"--{name}": options.pop(name) for name in ("out", "plot", "netlist")}
-    files: dict[str, Any] = {"inputs": (options["weights"],), "as_json": as_json}
-    if sweep:
+    felt = {name: options.pop(name) for name in _REFLEX}
+    felt = {name: value for name, value in felt.items() if value is not None}
+    files: dict[str, Any] = {"inputs": (options["weights"], felt.get("strip")), "as_json": as_json}
+    if "strip" in felt:
+        _reflex(sweep, options | felt, outputs, files)
+    elif felt:
+        raise InputError(f"--{next(iter(felt)).replace('_', '-')} needs the strip that the neurons feel; give --strip")
+    elif sweep:
         if outputs["--netlist"]:
             raise InputError("a sweep writes no netlist; leave out --netlist")
         emit(run(sweep=sweep, progress=ProgressBar("networks"), **options), outputs, **files)
     else:
         result = run(progress=ProgressBar("s"), **options)
         emit(result, outputs, writers={"--netlist": RhythmRun.write_deck}, **files)
+
+
+#: Options of the reflex; those but the strip mean nothing without it.
+_REFLEX = ("strip", "reflex", "rest_angle", "voltage", "reference", "entrain")
+
+
+def _reflex(sweep: str | None, options: dict[str, Any], outputs: dict[str, Any], files: dict[str, Any]) -> None:
+    """Run neurons that feel a strip."""
+    from ..front.reflexes import reflex as run
+    from ..oscillators.loop_run import ReflexRun
+
+    options["gain"] = options.pop("reflex", 0.0)
+    strip = options.pop("strip")
+    entrain = options.pop("entrain", None)
+    if sweep is None and entrain is None:
+        result = run(strip=strip, **options)
+        emit(result, outputs, writers={"--netlist": ReflexRun.write_deck}, **files)
+        return
+    if outputs["--netlist"]:
+        raise InputError("--netlist writes one run; leave it out of a sweep and of --entrain")
+    doing = ProgressBar("rhythms" if sweep else "frequencies")
+    options |= {"sweep": sweep, "entrain": entrain}
+    emit(run(strip=strip, progress=doing, **options), outputs, **files)

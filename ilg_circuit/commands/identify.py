@@ -24,9 +24,11 @@ from .progress import ProgressBar
 _OF_BOTH = ("actuator", "columns", "units", "json", "plot", "report", "size", "style", "time_limit")
 _OF_MARKS = (*_OF_BOTH, "scale")
 _OF_SHEETS = (*_OF_BOTH, "part", "width", "model", "electrode_resistance")
+_OF_SENSING = (*_OF_BOTH, "out", "part", "cycle")
 _ALONE = {
     "--shape": ("frequency", "places"),
     "--sheets": ("lengths", "contact", "contact_length"),
+    "--sensing": ("terminals",),
 }
 
 
@@ -38,6 +40,7 @@ _ALONE = {
         "identify camera.csv --drive step:2V --scale 0.042mm/px --actuator strip.toml",
         "identify --shape marks.csv --actuator fitted.toml --frequency 0.1Hz",
         "identify eis_20mm.csv eis_35mm.csv --sheets --lengths 20mm,35mm --width 5mm",
+        "identify moved.csv --sensing --actuator fitted.toml --out sensor.toml",
         "identify monday.csv tuesday.csv --each --actuator strip.toml --table all.csv",
     ),
 )
@@ -154,6 +157,20 @@ _ALONE = {
         help="With --sheets: length of strip under each contact, beyond --lengths.",
     ),
 )
+@group(
+    "Sensing",
+    click.option(
+        "--sensing",
+        is_flag=True,
+        help="DATA are records of a moved tip (time_s, displacement_mm, and voltage_mV or current_uA): find the law by "
+        "which the strip senses.",
+    ),
+    click.option(
+        "--terminals",
+        type=click.Choice(["open", "short"]),
+        help="With --sensing: take the voltage (open) or the current (short).  [default: the one that DATA have]",
+    ),
+)
 @click.pass_context
 def identify(
     context: click.Context,
@@ -162,6 +179,7 @@ def identify(
     each: bool,
     shape: bool,
     sheets: bool,
+    sensing: bool,
     **options: Any,
 ) -> None:
     """Fit a strip to measured steps, waveforms and impedance spectra.
@@ -174,16 +192,19 @@ def identify(
     Without --out, --json, --plot, --report or --table a folder with all results, step.fit/, is written beside the
     data.
     """
-    chosen = "--shape" if shape else "--sheets" if sheets else ""
-    if shape and sheets:
-        raise InputError("--shape is for tracks of marks, --sheets for spectra: give one of them")
+    modes = [f"--{name}" for name, there in (("shape", shape), ("sheets", sheets), ("sensing", sensing)) if there]
+    if len(modes) > 1:
+        raise InputError(
+            "--shape is for tracks of marks, --sheets for spectra, --sensing for moved tips: give one of them"
+        )
+    chosen = modes[0] if modes else ""
     alone = {name: (mode, options.pop(name)) for mode, names in _ALONE.items() for name in names}
     for name, (mode, _) in alone.items():
         if mode != chosen and given(context, name):
             raise InputError(f"--{name.replace('_', '-')} goes with {mode}")
     if chosen:
         own = {name: value for name, (mode, value) in alone.items() if mode == chosen}
-        (fit_marks if shape else fit_sheets)(context, data, options, own)
+        (fit_marks if shape else fit_sheets if sheets else fit_sensing)(context, data, options, own)
         return
     options |= sizes(options)
     for name in ("bias", "onset"):
@@ -217,6 +238,19 @@ def fit_sheets(context: click.Context, data: tuple[Path, ...], options: dict[str
     if options["electrode_resistance"] is not None:
         how["electrode_resistance"] = options["electrode_resistance"]
     finish(identify_sheets(list(data), strip=options["actuator"], **own, **how), data, options)
+
+
+def fit_sensing(context: click.Context, data: tuple[Path, ...], options: dict[str, Any], own: dict[str, Any]) -> None:
+    """Fit the law of sensing to records of a moved tip."""
+    from ..front.sensing import identify_sensing
+
+    require_none_else(context, options, _OF_SENSING, "--sensing")
+    if options["actuator"] is None:
+        raise InputError("--sensing needs the strip: --actuator, with its sizes and its circuit")
+    how = {name: options[name] for name in ("columns", "units", "part", "cycle")}
+    result = identify_sensing(list(data), options["actuator"], **own, **how)
+    inputs = (*data, options["actuator"])
+    emit(result, outputs(options), inputs=inputs, writers={"--out": lambda made, path: made.write_strip(path)})
 
 
 def require_none_else(context: click.Context, options: dict[str, Any], allowed: tuple[str, ...], mode: str) -> None:

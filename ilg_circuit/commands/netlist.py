@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,6 +12,9 @@ from .emit import emit, origin, say
 from .help import group
 from .options import DRIVE_TABLE, actuator_argument, beam_option, load_option, segment_drive_option, tip_option
 from .paths import ANY, FOLDER, Command, forced, forcing
+
+if TYPE_CHECKING:
+    from ..circuit.text import SpiceText
 
 
 @click.command(
@@ -58,25 +61,19 @@ def netlist(
     given = segment_drives(drive)
     files = [given] if isinstance(given, str) else list(given.values())
     inputs = (actuator, *(of.removeprefix("file:") for of in files))
-    if out is not None:
-        _write(actuator, given, duration, out, options, inputs)
+    text = None if out is None else _text(actuator, given, duration, out, options)  # refused before a kit is written
     if folder is not None:
         if not isinstance(given, str):
             raise InputError("a kit has one drive for the whole strip; leave the numbers of segments out")
         how = {"beam": options["beam"], "force": forced(click.get_current_context()), "origin": origin(inputs)}
         say(f"wrote {kit(actuator, folder, given, duration, **how)}: README.md there says how to use each file")
+    if text is not None and out is not None:
+        emit(text, {"--out": out}, inputs=inputs, writers={"--out": type(text).save}, text=f"wrote {out}")
 
 
-def _write(
-    actuator: str,
-    drive: str | dict[str, str],
-    duration: str,
-    out: Path,
-    options: dict[str, Any],
-    inputs: tuple[str, ...],
-) -> None:
-    """Write a deck or a subcircuit. Raises InputError for a name that says neither."""
-    from ..circuit.text import DECK, SUBCIRCUIT, SpiceText
+def _text(actuator: str, drive: str | dict[str, str], duration: str, out: Path, options: dict[str, Any]) -> SpiceText:
+    """Return the deck or the subcircuit for a file. Raises InputError for a name that says neither."""
+    from ..circuit.text import DECK, SUBCIRCUIT
     from ..front.circuits import library
     from ..front.circuits import netlist as deck
 
@@ -84,9 +81,7 @@ def _write(
     if suffix in SUBCIRCUIT:
         if options["load"] or options["tip"] == "clamped":
             raise InputError("a .lib leaves the tip to who wires its pin: leave out --tip and --load, or write a .cir")
-        text = library(actuator, beam=options["beam"])
-    elif suffix in DECK:
-        text = deck(actuator, drive, duration, **options)
-    else:
-        raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")
-    emit(text, {"--out": out}, inputs=inputs, writers={"--out": SpiceText.save}, text=f"wrote {out}")
+        return library(actuator, beam=options["beam"])
+    if suffix in DECK:
+        return deck(actuator, drive, duration, **options)
+    raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")

@@ -10,7 +10,7 @@ from ..errors import SolveError
 from .emit import emit
 from .help import group
 from .options import NUMBER, SEED, actuator_argument, beam_option, load_option, output_options, outputs
-from .paths import LongCommand
+from .paths import FILE, LongCommand
 from .progress import ProgressBar
 
 #: Limit of the voltage, for commands that control a strip.
@@ -40,6 +40,7 @@ delay_option = click.option("--delay", default="0s", metavar="TIME", help="Delay
     click.option(
         "--gains", metavar="GAINS", help="Gains to judge in place of tuned ones, such as gain=20V/mm,reset_time=10s."
     ),
+    click.option("--controller", type=FILE, help="JSON file of tune, for any strip, to judge in place of tuned gains."),
     click.option(
         "--anti-windup",
         type=click.Choice(["back-calculation", "clamping", "none"]),
@@ -71,14 +72,15 @@ def tune(actuator: str, **options: Any) -> None:
     """Tune a position controller that is robust over a strip's fit.
 
     The controller settles a step of the position as soon as it can, or in the time that --to gives, at every sample
-    of the fit's covariance with abs(S) below --sensitivity. Where it cannot, or where the controller of --gains does
-    not, the exit code is 1.
+    of the fit's covariance with abs(S) below --sensitivity. Where it cannot, or where the controller of --gains or
+    --controller does not, the exit code is 1.
     """
-    from ..front.control import tune as run
+    from ..front.tuning import tune as run
 
     written = outputs(options)
     with ProgressBar("round", doing="tuning") as bar:
         tuned = run(actuator, progress=bar, **options)
-    emit(tuned, written, inputs=(actuator,), seed=options["seed"])
+    given = options["controller"]
+    emit(tuned, written, inputs=(actuator, *([given] if given else [])), seed=options["seed"])
     if not tuned.met:
         raise SolveError("the controller above is not what was asked for; the warnings say why")

@@ -36,6 +36,8 @@ def fastest_settling(plant: Plant, step: float, limit: float, band: float = BAND
         if high > _LONGEST * slow:
             raise InputError(f"a step of {1e3 * step:g} mm cannot be held within {100 * band:g} % at {limit:g} V")
     low = max(low, high / 8)
+    while _least_error(plant, abs(step), limit, low) <= band:
+        low, high = low / 8, low
     return float(brentq(lambda time: _least_error(plant, abs(step), limit, time) - band, low, high, rtol=_FOUND))
 
 

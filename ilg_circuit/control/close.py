@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -19,12 +19,16 @@ from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..simulation.response import transient_band
 from ..strip.actuator import Actuator
+from .adaptive import NOISE, Adaptive
 from .behavioural import behavioural, loop_deck, run_looped, with_op_amps
+from .drift import drifting, unseen
 from .laws import Law
 from .loop import Run
 from .op_amps import Controller as Circuit
 from .op_amps import OpAmps, op_amp_controller
-from .sampled import Controller, SampledLaw, Sensor, Waves, run_exact, run_ngspice
+from .plant import plants_of
+from .pwm import Pwm
+from .sampled import Controller, Late, SampledLaw, Sensor, Waves, run_exact, run_ngspice
 from .tune import Tuned
 
 #: What the controller is in the loop.
@@ -63,6 +67,14 @@ class Closed(Warned, Result):
     circuit : op_amps.Controller or None
         Of a loop with op-amps the controller's ``parts``, the ``gain`` [V/m], ``reset_time`` [s], ``weight`` and
         ``limit`` [V] that they make, and their ``deviations``.
+    drift : mapping of str to float
+        Factors that the strip's values ended at, by name; ``waves.estimates`` are those that a controller found, each
+        an array (k,).
+    stage : Pwm or None
+        The stage that switches: ``frequency`` [Hz], ``supply`` [V], ``steps`` of the duty. Voltage and current are then
+        means over a cycle.
+    ripple : float or None
+        Largest displacement about its mean within a cycle [m].
     findings : tuple of Finding
         What the loop should be known for.
     """
@@ -79,6 +91,9 @@ class Closed(Warned, Result):
     waves: Waves
     netlist: str = ""
     circuit: Circuit | None = None
+    drift: Mapping[str, float] = field(default_factory=dict)
+    stage: Pwm | None = None
+    ripple: float | None = None
     findings: tuple[Finding, ...] = ()
 
     @property
@@ -138,6 +153,9 @@ class Closed(Warned, Result):
             "overshoot": self.run.overshoot if self.reference[-1] else None,
             "waveforms": {column.header: plain(np.asarray(column.values)) for column in self.table()},
             "circuit": None if self.circuit is None else self.circuit.to_dict(),
+            "drift": dict(self.drift),
+            "pwm": None if self.stage is None else {**vars(self.stage), "ripple": self.ripple},
+            "estimates": {name: plain(values) for name, values in self.waves.estimates.items()},
             "sampled": plain(self.waves.sampled),
             "measured": plain(self.waves.measured),
             "findings": [finding.to_dict() for finding in self.findings],
@@ -209,18 +227,24 @@ def close_loop(
     period: float | None = None,
     limit: float | None = None,
     sensor: Sensor | None = None,
-    computation: float = 0.0,
+    late: Late | None = None,
+    pwm: tuple[float, float | None, int] | None = None,
     samples: int = _SHOWN,
     beam: str | None = None,
     load: Load | None = None,
     engine: str = "ngspice",
     op_amps: OpAmps | None = None,
+    drift: Mapping[str, float] | None = None,
+    adapts: bool = False,
 ) -> Closed:
     """Return the loop of a strip and a ``controller``: a `Tuned`, a path, a pair of law and limit, or an object.
 
+    ``drift`` are factors that values of the strip end at, by name; a tuned PI ``adapts`` to them. ``pwm`` has a stage's
+    frequency [Hz], its supply [V] if that is not the limit, and steps.
+
     Raises InputError for values that make no loop, SolveError for a controller that fails.
     """
-    sensor = sensor or Sensor()
+    sensor, late = sensor or Sensor(), late or Late()
     if form not in FORMS:
         raise wrong_choice(argument("form"), form, FORMS)
     if isinstance(controller, str | Path):
@@ -234,25 +258,28 @@ def close_loop(
     elif not callable(getattr(controller, "step", None)):
         raise InputError("a controller is what tune returned or wrote, or has step(reference, measured) -> voltage")
     limit = 4.0 if limit is None else limit
-    _require(limit, duration, samples, sensor, computation)
+    _require(limit, duration, samples, sensor)
     if actuator.coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; its tip cannot be controlled")
     times = np.linspace(0.0, duration, samples)
     net = strip_netlist(actuator, beam=beam, load=load, band=transient_band(times))
-    deck, circuit = "", None
+    deck, circuit, stage = "", None, None
     if op_amps is not None and form != "op-amps":
         raise InputError(f"gain-bandwidth, supply and sensor gain are of {argument('form', 'op-amps')}")
     if form != "sampled":
+        if drift or adapts or pwm is not None:
+            named = " and ".join(str(argument(name)) for name in ("drift", "adapt", "pwm"))
+            raise InputError(f"{named} are of {argument('form', 'sampled')}")
         if law is None:
             raise InputError(f"an object with step is {argument('form', 'sampled')}; only a tuned law can be a circuit")
-        if sensor != Sensor(seed=sensor.seed) or period is not None or computation:
+        if sensor != Sensor(seed=sensor.seed) or period is not None or late != Late():
             raise InputError(f"{argument('form', form)} has no period, delay, noise or quantum; take sampled")
         if form == "op-amps":
             jump = float(np.ptp(np.append(0.0, reference.value(times))))
             circuit = op_amp_controller(law, limit, jump, op_amps or OpAmps())
-        loop = behavioural(net, law, limit) if circuit is None else with_op_amps(net, circuit)
-        waves = run_looped(loop, reference, times)
-        engine, deck = "ngspice", loop_deck(loop, reference, duration)
+        whole = behavioural(net, law, limit) if circuit is None else with_op_amps(net, circuit)
+        waves = run_looped(whole, reference, times)
+        engine, deck = "ngspice", loop_deck(whole, reference, duration)
     else:
         if period is None:
             raise InputError(f"{argument('period')} is missing: say how often the controller is called, such as 0.1 s")
@@ -264,17 +291,33 @@ def close_loop(
             raise InputError(
                 f"{argument('period')} {period:g} s makes {duration / period:.3g} calls, not {_MOST_CALLS}"
             )
-        if not 0 <= computation < period:
-            raise InputError(f"{argument('computation')} is {computation:g} s; it must be shorter than the period")
+        if not (late.computation >= 0 and late.jitter >= 0 and late.computation + late.jitter < period):
+            raise InputError(
+                f"{argument('computation')} is {late.computation:g} s and {argument('jitter')} {late.jitter:g} s; "
+                "neither may be negative, and together they must be shorter than the period"
+            )
         called: Controller = SampledLaw(law, period, limit) if law is not None else controller
+        if adapts:
+            if law is None:
+                raise InputError(f"{argument('adapt')} is of a controller that tune wrote; an own one adapts by itself")
+            called = Adaptive(actuator, law, period, limit, beam=beam, load=load, noise=sensor.noise or NOISE)
         if engine == "exact" and not net.linear:
             raise InputError(f"the exact engine solves linear circuits only; use {argument('engine', 'ngspice')}")
-        run = run_exact if engine == "exact" else run_ngspice
-        waves = run(net, called, reference, period, sensor, limit, computation, times)
+        loop = (net, called, reference, period, sensor, limit, late, times)
+        if pwm is not None:
+            stage = _stage(limit, *pwm)
+        if engine != "exact":
+            if drift or stage is not None:
+                raise InputError(f"{argument('drift')} and {argument('pwm')} need {argument('engine', 'exact')}")
+            waves = run_ngspice(*loop)
+        else:
+            how: dict[str, Any] = {"beam": beam, "load": load, "band": transient_band(times)}
+            moving = drifting(actuator, drift, duration, period, **how) if drift else None
+            waves = run_exact(*loop, drifting=moving, stage=stage)
     return Closed(
         actuator=actuator,
         form=form,
-        controller=_said(law, controller),
+        controller=("adaptive " if adapts else "") + _said(law, controller),
         reference=reference.value(waves.time),
         limit=limit,
         period=period,
@@ -283,6 +326,10 @@ def close_loop(
         waves=waves,
         netlist=deck,
         circuit=circuit,
+        drift=dict(drift or {}),
+        stage=stage,
+        ripple=None if stage is None else stage.ripple(plants_of(actuator, beam=beam, load=load)[0]),
+        findings=(Finding("drift-unseen"),) if drift and unseen(actuator, drift) else (),
     )
 
 
@@ -292,7 +339,20 @@ def _said(law: Law | None, controller: Any) -> str:
     return f"{law.kind} ({', '.join(f'{name} {value:.4g}' for name, value in law.gains.items())})"
 
 
-def _require(limit: float, duration: float, samples: int, sensor: Sensor, computation: float) -> None:
+def _stage(limit: float, frequency: float, supply: float | None, steps: int) -> Pwm:
+    """Return a stage, by default with the limit [V] as supply. Raises InputError for one that cannot give the limit."""
+    stage = Pwm(frequency, limit if supply is None else supply, steps)
+    for name, value, unit in (("pwm", stage.frequency, "Hz"), ("supply", stage.supply, "V")):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{argument(name)} is {value:g} {unit}; it must be more than zero")
+    if stage.supply < limit * (1 - 1e-9):
+        raise InputError(f"{argument('supply')} is {stage.supply:g} V, below the limit of the voltage, {limit:g} V")
+    if not 2 <= stage.steps <= 2**24:
+        raise InputError(f"{argument('duty_steps')} is {stage.steps}; give 2 to 2^24, such as 256")
+    return stage
+
+
+def _require(limit: float, duration: float, samples: int, sensor: Sensor) -> None:
     """Raise InputError for values that no loop has."""
     for name, value, unit in (("voltage", limit, "V"), ("duration", duration, "s")):
         if not (np.isfinite(value) and value > 0):

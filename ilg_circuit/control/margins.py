@@ -89,16 +89,13 @@ def curve_margins(frequency: Array, loop: ComplexArray) -> Margins:
     """Return the margins of Nyquist curves ``loop`` (n, f) at angular frequencies (f,), all loops taken as stable."""
     n = len(loop)
     logs = np.log(frequency)
-    size, phase = np.log(np.abs(loop)), np.unwrap(np.angle(loop), axis=1)
+    size, phase = curve(loop)
     gain, lost, delay, bandwidth = (np.full(n, np.inf) for _ in range(4))
     turn = 2 * np.pi
     for k in range(n):
-        at = np.flatnonzero((size[k, :-1] >= 0) != (size[k, 1:] >= 0))
-        part = size[k, at] / (size[k, at] - size[k, at + 1])
-        crossing = np.exp(logs[at] + part * (logs[at + 1] - logs[at]))
-        angle = phase[k, at] + part * (phase[k, at + 1] - phase[k, at])
+        crossing, angle, _ = crossings(frequency, loop[k])
         room = np.mod(angle + np.pi, turn)
-        if len(at):
+        if len(crossing):
             lost[k] = np.minimum(room, turn - room).min()
             delay[k] = (room / crossing).min()
         cell = np.floor((phase[k] - np.pi) / turn)
@@ -116,6 +113,22 @@ def curve_margins(frequency: Array, loop: ComplexArray) -> Margins:
     sensitivity = _peak(np.abs(1 / (1 + loop)))
     disk = 1 / _peak(np.abs((1 - loop) / (1 + loop) / 2))
     return Margins(gain, lost, delay, disk, sensitivity, bandwidth, np.ones(n, dtype=bool))
+
+
+def curve(loop: ComplexArray) -> tuple[Array, Array]:
+    """Return the logarithm of the size of Nyquist curves (..., f), and their angle [rad] without jumps."""
+    return np.log(np.abs(loop)), np.unwrap(np.angle(loop))
+
+
+def crossings(frequency: Array, loop: ComplexArray) -> tuple[Array, Array, Mask]:
+    """Return where the size of a curve (f,) goes through 1, in the unit of ``frequency``, its angle [rad] there, and
+    whether it falls, each (crossings,).
+    """
+    logs, (size, phase) = np.log(frequency), curve(loop)
+    at = np.flatnonzero((size[:-1] >= 0) != (size[1:] >= 0))
+    part = size[at] / (size[at] - size[at + 1])
+    crossing: Array = np.exp(logs[at] + part * (logs[at + 1] - logs[at]))
+    return crossing, phase[at] + part * (phase[at + 1] - phase[at]), size[at] >= 0
 
 
 def _crossed(logs: Array, closed: Array, k: int) -> float:

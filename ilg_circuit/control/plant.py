@@ -5,22 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov
 
 from ..arrays import Array, ComplexArray
 from ..circuit.load import Load
 from ..circuit.strip import strip_netlist
 from ..errors import InputError
 from ..simulation.prediction_band import scaled
+from ..solve.balance import balanced
 from ..solve.state_space import state_space
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
 from ..strip.ladder import LADDER_BAND
 
-#: Hankel singular values below this part of the largest are left out: the motion's reflection, the electrical port.
-_NEGLIGIBLE = 1e-7
-#: Shift of all poles, in parts of the slowest but integrators, so that Gramians exist: they only choose the states.
-_SHIFT = 1e-2
 #: Largest Markov parameter that counts as zero, relative to the scale of the poles.
 _ZERO = 1e-6
 #: Condition of eigenvectors above which a response is not summed from modes.
@@ -97,7 +93,7 @@ def plants_of(
     order = 0
     found = []
     for a, b, c in zip(system.a, system.b[:, :, 0], system.c[:, row], strict=True):
-        plant = balanced(a, b, c, order)
+        plant = Plant(*balanced(a, b, c, order))
         order = len(plant.b)
         found.append(plant)
     return found
@@ -116,34 +112,6 @@ def sampled(actuator: Actuator, draws: int, seed: int) -> list[Actuator]:
     return [
         scaled(actuator, dict(zip(uncertainty.names, np.exp(row).tolist(), strict=True)), LADDER_BAND) for row in logs
     ]
-
-
-def balanced(a: Array, b: Array, c: Array, order: int = 0) -> Plant:
-    """Return the balanced system without the states that neither the input reaches nor the output shows.
-
-    ``order`` states are kept; 0 keeps those whose Hankel singular values count.
-    """
-    speeds = np.abs(np.linalg.eigvals(a))
-    slowest = float(speeds[speeds > 1e-12 * speeds.max()].min())
-    shifted = a - _SHIFT * slowest * np.eye(len(a))
-    # states of one size first: each by the size it has under a step
-    reached = solve_continuous_lyapunov(shifted, -np.outer(b, b))
-    size = np.sqrt(np.maximum(np.diag(reached), 1e-300))
-    size[size < 1e-12 * size.max()] = 1.0
-    a, shifted, b, c = a * size / size[:, None], shifted * size / size[:, None], b / size, c * size
-    reached = solve_continuous_lyapunov(shifted, -np.outer(b, b))
-    shown = solve_continuous_lyapunov(shifted.T, -np.outer(c, c))
-    left, right = _root(reached), _root(shown)
-    u, values, v = np.linalg.svd(right.T @ left)
-    kept = order or int((values > _NEGLIGIBLE * values[0]).sum())
-    root = np.sqrt(values[:kept])
-    into, out = (left @ v[:kept].T) / root, (right @ u[:, :kept]) / root
-    return Plant(out.T @ a @ into, out.T @ b, c @ into)
-
-
-def _root(gramian: Array) -> Array:
-    values, vectors = np.linalg.eigh((gramian + gramian.T) / 2)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def first_mode(actuator: Actuator, beam: str | None = None, load: Load | None = None) -> float | None:

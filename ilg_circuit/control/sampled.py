@@ -8,8 +8,8 @@ one of these times to the next by matrix exponentials; ngspice stops at them wit
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Protocol
 
@@ -21,7 +21,9 @@ from ..circuit.netlist import Netlist, copies
 from ..drive import Drive
 from ..errors import IlgError, SolveError, first_line
 from ..solve.state_space import state_space
+from .drift import Drifting
 from .laws import Law
+from .pwm import Pwm, Switched
 
 #: Time after a change of the voltage at which ngspice has a point, in periods: without it the error is first order.
 _JUST_AFTER = 1e-6
@@ -74,9 +76,20 @@ class Sensor:
     seed: int = 0
 
 
+@dataclass(frozen=True)
+class Late:
+    """How long after its call a voltage comes: ``computation`` [s], and up to ``jitter`` [s] more, by chance."""
+
+    computation: float = 0.0
+    jitter: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class Waves:
-    """A sampled run at ``time`` [s] (n,), its displacement [m], current [A] and voltage [V], and the samples (k,)."""
+    """A sampled run at ``time`` [s] (n,), its displacement [m], current [A] and voltage [V], and the samples (k,).
+
+    ``estimates`` (k,) are what the controller says of the strip, by name, if it does.
+    """
 
     time: Array
     displacement: Array
@@ -85,6 +98,7 @@ class Waves:
     sampled: Array
     measured: Array
     error: float
+    estimates: Mapping[str, Array] = field(default_factory=dict)
 
 
 class _Loop:
@@ -97,18 +111,22 @@ class _Loop:
         period: float,
         sensor: Sensor,
         limit: float,
-        computation: float,
+        late: Late,
         outputs: Array,
     ) -> None:
         duration = float(outputs[-1])
         calls = int(np.floor(duration / period * (1 + 1e-12))) + 1
         samples: Array = np.asarray(np.arange(calls) * period, dtype=np.float64)
-        seen, changed = samples - sensor.delay, samples + computation
+        random = np.random.default_rng(sensor.seed)
+        self.noise = sensor.noise * random.standard_normal(len(samples))
+        seen, changed = samples - sensor.delay, samples + late.computation
+        if late.jitter:
+            changed = changed + late.jitter * random.random(len(samples))
         changed = changed[changed < duration * (1 - _ROUNDING)]
         times = np.concatenate([samples, seen[seen > 0], changed, outputs])
         times = np.sort(times)
         self.times = times[np.append(True, np.diff(times) > _ROUNDING * period)]
-        self.samples = samples
+        self.samples, self.period = samples, period
 
         def places(wanted: Array) -> dict[int, int]:
             """Return place in the times -> number, for those that are among them."""
@@ -120,8 +138,6 @@ class _Loop:
         self.shown = np.array(sorted(places(outputs)), dtype=int)
         self.controller = copy.deepcopy(controller)
         self.references = reference.value(samples)
-        random = np.random.default_rng(sensor.seed)
-        self.noise = sensor.noise * random.standard_normal(len(samples))
         self.quantum, self.limit = sensor.quantum, limit
         self.exact = np.zeros(len(samples))
         self.measured = np.zeros(len(samples))
@@ -156,28 +172,41 @@ class _Loop:
         return min(max(voltage, -self.limit), self.limit)
 
 
-def run_exact(net: Netlist, *loop: Any) -> Waves:
-    """Return the run of a linear strip; ``loop`` are the arguments of `run_ngspice` after the netlist."""
+def run_exact(net: Netlist, *loop: Any, drifting: Drifting | None = None, stage: Pwm | None = None) -> Waves:
+    """Return the run of a linear strip, or of one that drifts; ``loop`` is what `run_ngspice` has after the netlist.
+
+    With a ``stage`` the voltage switches; voltages and currents that are returned are then means over a cycle.
+    """
     events = _Loop(*loop)
-    system = state_space([net])
-    a, b = system.a[0], system.b[0, :, 0]
+    system = state_space([net]) if drifting is None else drifting.system
+    starts = np.zeros(1) if drifting is None else drifting.starts
     y, i = (system.output_names.index(name) for name in ("displacement", "current"))
-    c, d = system.c[0], system.d[0, :, 0]
-    n = len(b)
-    whole = np.zeros((n + 1, n + 1))
-    whole[:n, :n], whole[:n, n] = a, b
-    known: dict[float, Array] = {}
+    n = system.a.shape[1]
+    whole = np.zeros((len(starts), n + 1, n + 1))
+    whole[:, :n, :n], whole[:, :n, n] = system.a, system.b[:, :, 0]
+    known: dict[tuple[int, float], Array] = {}
     x = np.zeros(n)
     found = np.zeros((len(events.times), 3))
-    for place, time in enumerate(events.times.tolist()):
+    held = np.searchsorted(starts, events.times + _ROUNDING * events.period, "right") - 1
+    before, switched = 0, [] if stage is None else [Switched(stage, one) for one in whole]
+    for place, (time, k) in enumerate(zip(events.times.tolist(), held.tolist(), strict=True)):
+        if drifting is not None and k != before:
+            if stage is not None:
+                switched[k].mean = switched[before].mean
+            x, before = x * drifting.jumps[k], k
+        c, d = system.c[k], system.d[k, :, 0]
         at = float(c[y] @ x)
         u = events.arrive(place, partial(float, at))
+        if stage is not None:
+            u = stage.mean(u)
         found[place] = at, float(c[i] @ x + d[i] * u), u
-        if place + 1 < len(events.times):
+        if stage is not None and place + 1 < len(events.times):
+            x = switched[k].moved(x, time, float(events.times[place + 1]), u)
+        elif place + 1 < len(events.times):
             width = round(float(events.times[place + 1]) - time, 14)
-            if width not in known:
-                known[width] = expm(whole * width)
-            x = known[width][:n, :n] @ x + known[width][:n, n] * u
+            if (k, width) not in known:
+                known[k, width] = expm(whole[k] * width)
+            x = known[k, width][:n, :n] @ x + known[k, width][:n, n] * u
     return _waves(events, found, 0.0)
 
 
@@ -188,7 +217,7 @@ def run_ngspice(
     period: float,
     sensor: Sensor,
     limit: float,
-    computation: float,
+    late: Late,
     outputs: Array,
 ) -> Waves:
     """Return the run by ngspice with the controller called within the transient, to `ACCURACY`.
@@ -196,7 +225,7 @@ def run_ngspice(
     ``outputs`` [s] (n,) are the times that are returned. The steps are halved until the displacement moves by less than
     that; noise and steps of the sensor are the same in every run. Raises SolveError where it is not reached.
     """
-    loop = (controller, reference, period, sensor, limit, computation, outputs)
+    loop = (controller, reference, period, sensor, limit, late, outputs)
     parts, before = _FIRST, None
     while parts <= _MOST:
         waves = _transient(net, _Loop(*loop), parts, period)
@@ -258,4 +287,15 @@ def _transient(net: Netlist, events: _Loop, parts: int, period: float) -> Waves:
 def _waves(events: _Loop, found: Array, error: float) -> Waves:
     shown = found[events.shown]
     displacement, current, voltage = shown.T
-    return Waves(events.times[events.shown], displacement, current, voltage, events.samples, events.measured, error)
+    times, samples = events.times[events.shown], events.samples
+    return Waves(times, displacement, current, voltage, samples, events.measured, error, _estimates(events))
+
+
+def _estimates(events: _Loop) -> dict[str, Array]:
+    """Return what the controller has in ``estimates``: a number for each call, by name."""
+    said = getattr(events.controller, "estimates", None)
+    if not isinstance(said, Mapping):
+        return {}
+    rows = {str(name): np.asarray(values) for name, values in said.items()}
+    shape = events.samples.shape
+    return {name: row.astype(float) for name, row in rows.items() if row.shape == shape and row.dtype.kind in "fi"}

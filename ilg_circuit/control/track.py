@@ -33,8 +33,29 @@ _AT, _STEPS, _SAME = 1e-5, 12, 1e-5
 _LONG, _FINE = 8.0, 4000
 
 
+class Voltage:
+    """Mixin of results whose ``drive`` is a voltage to apply."""
+
+    drive: PiecewiseLinear
+
+    def write_drive(self, path: str | Path) -> None:
+        """Write the voltage of ``drive`` as a CSV file that ``simulate --drive file:`` reads.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        write_csv(path, {"time_s": self.drive.times, "voltage_V": self.drive.values})
+
+
 @dataclass(frozen=True, repr=False, eq=False)
-class Tracked(Warned, Result):
+class Tracked(Voltage, Warned, Result):
     """The voltage whose displacement is nearest to a path, as `ilg_circuit.track` returns it.
 
     Attributes
@@ -120,21 +141,6 @@ class Tracked(Warned, Result):
         """Whether the error stays within 1 % of the path's largest displacement."""
         return bool(np.abs(self.error).max() <= FOLLOWED * self.size)
 
-    def write_drive(self, path: str | Path) -> None:
-        """Write the voltage as a CSV file that ``simulate --drive file:`` reads.
-
-        Parameters
-        ----------
-        path : str or Path
-            The file to write; it is replaced whole or not at all.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
-        """
-        write_csv(path, {"time_s": self.drive.times, "voltage_V": self.drive.values})
-
     def table(self) -> tuple[Column, ...]:
         """Return time, path, displacement, voltage, current and the displacement's standard error (m,)."""
         errors = () if self.stderr is None else (Column("displacement_stderr", self.stderr, "m"),)
@@ -191,7 +197,7 @@ def track(
     ``engine`` simulates the answer, and a nonlinear strip in each of its steps. Raises InputError for values out of
     range, SolveError where no voltage keeps the limits.
     """
-    _require(limits, nodes, duration)
+    require_path(limits, nodes, duration)
     plant = plants_of(actuator, beam=beam, load=load)[0]
     at = np.linspace(0.0, duration, nodes)
     fine = np.linspace(0.0, duration, 2 * nodes - 1)
@@ -224,7 +230,7 @@ def track(
         reach=reach,
         rate=_largest_rate(plant, limits.voltage),
         bound=fastest_settling(plant, size, limits.voltage) if 0 < size <= reach else None,
-        stderr=prediction_band(actuator, drive, fine, **how).stderr["displacement"] if band else None,
+        stderr=prediction_band(actuator, drive, fine, misfit=False, **how).stderr["displacement"] if band else None,
     )
     return replace(tracked, findings=(*drive_findings(path), *_findings(tracked)))
 
@@ -253,7 +259,7 @@ def _newton(
     )
 
 
-def _require(limits: Limits, nodes: int, duration: float) -> None:
+def require_path(limits: Limits, nodes: int, duration: float) -> None:
     """Raise InputError for limits, nodes or a duration that make no sense."""
     for name, unit in (("voltage", "V"), ("slew", "V/s"), ("current", "A"), ("energy", "J")):
         value = getattr(limits, name)

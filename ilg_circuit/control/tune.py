@@ -24,8 +24,9 @@ from .search import Wish, best_law
 
 #: Samples of the covariance, and overshoot that is allowed.
 DRAWS, OVERSHOOT = 200, 0.05
-#: Length of the run that is shown, in settling times of the bound; frequencies and samples of the cloud.
-_SHOWN, _POINTS, _CLOUD = 4.0, 300, 100
+#: Length of the run that is shown, in settling times of the bound, and that of one that does not settle, at most;
+#: frequencies and samples of the cloud.
+_SHOWN, _LONGEST, _POINTS, _CLOUD = 4.0, 64.0, 300, 100
 #: Published share of the first resonance that a cantilever's closed loop reaches (Kothera and Leo 2005).
 _REACHED = 0.1
 
@@ -175,6 +176,7 @@ def tune(
     settling: float | None = None,
     bandwidth: float | None = None,
     gains: Mapping[str, float] | None = None,
+    judged: Law | None = None,
     limit: float = 4.0,
     delay: float = 0.0,
     sensitivity: float = MOST_SENSITIVE,
@@ -187,18 +189,14 @@ def tune(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Tuned:
-    """Return the controller of a ``kind`` that grants a wish best, or the one with ``gains`` [SI] and what it is worth.
+    """Return the controller of a ``kind`` that grants a wish best, or what one with ``gains`` [SI] or a law is worth.
 
     Raises InputError for a value out of range, SolveError where no controller can settle in time, none is robust, or
-    the loop with the gains given is unstable.
+    the loop with the gains or the law given is unstable.
     """
     kind_of(kind)
     _require(step, limit, delay, sensitivity, overshoot)
-    if draws is None:
-        draws = DRAWS if actuator.uncertainty is not None else 0
-    if draws < 0 or draws > 10_000:
-        raise InputError(f"{argument('draws')} is {draws}; give 0 to 10000")
-    plants = plants_of(actuator, beam=beam, load=load, draws=draws, seed=seed)
+    plants = plants_of(actuator, beam=beam, load=load, draws=draws_of(actuator, draws), seed=seed)
     bound = fastest_settling(plants[0], step, limit)
     if settling is not None and not settling >= bound:
         raise SolveError(
@@ -206,18 +204,27 @@ def tune(
             f"within {100 * BAND:g} % sooner than {bound:.4g} s; ask for more time, a smaller step or more voltage"
         )
     wish = Wish(step, limit, delay, sensitivity, overshoot, bound, settling, bandwidth)
-    if gains is None:
-        law = best_law(kind, plants, wish, seed, progress).guarded(anti_windup, tracking_time)
+    if judged is not None:
+        if gains is not None:
+            raise InputError(f"{argument('gains')} and {argument('controller')} both say which one is judged")
+        law = judged
+    elif gains is None:
+        law = best_law(kind, plants, wish, seed, progress)
     else:
-        law = law_of(kind, plants[0], gains).guarded(anti_windup, tracking_time)
+        law = law_of(kind, plants[0], gains)
+    law = law.guarded(anti_windup, tracking_time)
     found = margins(plants, law, delay)
     if not found.stable[0]:
         raise SolveError(
             f"the loop with {_said(law)} is unstable, measured {delay:g} s late; take less gain, or leave "
-            f"{argument('gains')} out to have them tuned"
+            f"{argument('gains' if judged is None else 'controller')} out to have it tuned"
         )
     duration = _SHOWN * max(bound, settling or 0.0)
-    run = Loop(plants[0], law, limit, delay).run(np.zeros(1), np.array([step]), duration)
+    loop = Loop(plants[0], law, limit, delay)
+    run = loop.run(np.zeros(1), np.array([step]), duration)
+    while not np.isfinite(run.settled()) and duration < _LONGEST * bound:
+        duration *= 2
+        run = loop.run(np.zeros(1), np.array([step]), duration)
     loops_at = frequencies(plants[:1], law, _POINTS)
     late = np.exp(-1j * loops_at * delay)
     tuned = Tuned(
@@ -234,6 +241,15 @@ def tune(
     )
     object.__setattr__(tuned, "findings", _findings(tuned))
     return tuned
+
+
+def draws_of(actuator: Actuator, draws: int | None) -> int:
+    """Return how many samples of a strip's covariance are taken. Raises InputError for too many."""
+    if draws is None:
+        return DRAWS if actuator.uncertainty is not None else 0
+    if not 0 <= draws <= 10_000:
+        raise InputError(f"{argument('draws')} is {draws}; give 0 to 10000")
+    return draws
 
 
 def _require(step: float, limit: float, delay: float, sensitivity: float, overshoot: float) -> None:

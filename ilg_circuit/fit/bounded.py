@@ -26,6 +26,8 @@ _ROUGH_LOOKS = 2
 _FLAT = 0.3
 #: Square of the normal quantile of 95 %.
 _LEVEL = 3.84
+#: Normal quantiles of one side and of two, of 95 %, and the number of bisections between them.
+_ONE_SIDED, _TWO_SIDED, _HALVINGS = 1.6448536269514722, 1.959963984540054, 30
 #: Distance below which two places are the same, relative to the bounds.
 _CLOSE = 1e-3
 #: Tolerance of the intermediate fits.
@@ -91,12 +93,14 @@ class BoundedProfile:
         """Return the lengths of intervals below and above the coordinates at the `middle` (n,), with their ``errors``.
 
         ``quantile`` (n,) is Student's. The intervals follow from the joint profile likelihood; ``errors`` are standard
-        errors at the middle, scaled elsewhere by the square roots of the covariances' diagonals.
+        errors at the middle, scaled elsewhere by the square roots of the covariances' diagonals. Beside the range that
+        the bounded quantity admits they are shorter, as by Imbens and Manski: the truth has one place in that range.
         """
         sizes = np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2))
         at_middle = _between(self.places, sizes, self.middle)
         there = errors * np.divide(sizes, at_middle, out=np.ones_like(sizes), where=at_middle > 0)
-        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / _LEVEL, 0.0)) * quantile * there
+        shorter = _one_sided(np.divide(np.abs(self.range), errors, out=np.zeros_like(errors), where=errors > 0))
+        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / _LEVEL, 0.0)) * shorter * quantile * there
         inside = self.deviance <= _LEVEL
         middle = _between(self.places, self.coordinates, self.middle)
         ends = np.array([_between(self.places, self.coordinates, x) for x in self.admitted])
@@ -109,6 +113,22 @@ class BoundedProfile:
         """Changes (n,) of the coordinates from one end of the admitted interval to the other."""
         low, high = (_between(self.places, self.coordinates, x) for x in self.admitted)
         return high - low
+
+
+def _one_sided(ranges: Array) -> Array:
+    """Return the ratio (n,) of the quantile c beside a range, in standard errors, to that of a symmetric interval.
+
+    c solves Phi(c + range) - Phi(-c) = 0.95 (Imbens and Manski, Econometrica 72, 2004, 1845): from 1.96 without a
+    range to 1.64 beside a wide one. Found by bisection.
+    """
+    from scipy.special import ndtr
+
+    low, high = np.full_like(ranges, _ONE_SIDED), np.full_like(ranges, _TWO_SIDED)
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        enough = ndtr(middle + ranges) - ndtr(-middle) >= 0.95
+        low, high = np.where(enough, low, middle), np.where(enough, middle, high)
+    return np.asarray(high / _TWO_SIDED)
 
 
 def _between(places: Array, rows: Array, place: float) -> Array:

@@ -68,6 +68,14 @@ def misfit_over_time(time: Array, residuals: Array, noise: float, size: float) -
     )  # fmt: skip
 
 
+def deviations_over_time(time: Array, residuals: Array, noise: float) -> tuple[Array, Array]:
+    """Return the middles [s] (w,) of windows since the onset, and the misfit beyond the noise (w,) in each."""
+    windows = residual_windows(time, residuals, float(time[-1]))
+    edge = min((w.end for w in windows), default=1.0)
+    middles = [np.sqrt(w.start * w.end) if w.start else edge / 2 for w in windows]
+    return np.array(middles), np.array([_beyond(w, noise) for w in windows])
+
+
 def _beyond(window: ResidualWindow, noise: float) -> float:
     """Return the root mean square of a window beyond the plausible noise."""
     from scipy.stats import chi2

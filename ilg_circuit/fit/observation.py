@@ -17,6 +17,21 @@ Predict = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, eq=False)
+class WithSlopes:
+    """A prediction that knows its derivatives.
+
+    ``slopes`` maps one set (p,) of parameters to the prediction (m,) and its derivatives (m, p) by their logarithms.
+    """
+
+    predict: Predict
+    slopes: Callable[[Array], tuple[Array, Array]]
+
+    def __call__(self, values: Array) -> Array:
+        """Return the predictions (k, m) of sets (k, p)."""
+        return self.predict(values)
+
+
+@dataclass(frozen=True, eq=False)
 class Observation:
     """An array of measured values and the prediction by a model.
 

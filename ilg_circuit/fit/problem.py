@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import InputError, SolveError
-from .observation import Observation, Predict
+from .observation import Observation, Predict, WithSlopes
 from .parameter import Parameter, Scales
 
 Progress = Callable[[], None] | None
@@ -123,6 +123,8 @@ class Problem:
         steps = np.concatenate([np.zeros((1, n)), _STEP * np.eye(n), -_STEP * np.eye(n)])
         if any(o.derivatives for o in self.observations):
             return self._given_derivatives(x)
+        if any(isinstance(o.predict, WithSlopes) for o in self.observations):
+            return self._known_slopes(x)
         if n * len(self.data) > _LARGE:  # memory: one parameter at a time
             slopes = np.empty((len(self.data), n))
             for k, step in enumerate(steps[1 : n + 1]):
@@ -144,6 +146,24 @@ class Problem:
             assert o.derivatives is not None
             slopes[rows, at] = o.derivatives(values[at]) / np.atleast_1d(o.sigma)[:, None]
         return self.predictions(x[None])[0], slopes[:, : len(x)] * self.scales.slopes(x)
+
+    def _known_slopes(self, x: Array) -> tuple[Array, Array]:
+        """Return prediction and derivatives, one observation after the other; some of them know their own."""
+        values = np.concatenate([self.scales.values(x), list(self.fixed.values())])
+        # of logarithms by coordinates
+        turned = np.append(self.scales.slopes(x) / values[: len(x)], np.zeros(len(self.fixed)))
+        prediction, slopes = np.empty(len(self.data)), np.zeros((len(self.data), len(values)))
+        for k, (o, rows, at) in enumerate(zip(self.observations, self.slices, self.places, strict=True)):
+            if isinstance(o.predict, WithSlopes):
+                found, by_logarithm = o.predict.slopes(values[at])
+                sigma = np.atleast_1d(o.sigma)[:, None]
+                prediction[rows] = found / o.sigma
+                slopes[rows, at] = by_logarithm * turned[at] / sigma
+            else:
+                part = self.of([k])
+                columns = [self.labels.index(label) for label in part.labels]
+                prediction[rows], slopes[rows, columns] = part.derivatives(x[columns])
+        return prediction, slopes[:, : len(x)]
 
     def sum_of_squares(self, x: Array) -> Array:
         """Return sums of squares (k,) at coordinates (k, n), minimised over the linear terms."""

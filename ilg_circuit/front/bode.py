@@ -1,16 +1,26 @@
-"""The frequency response of a strip."""
+"""The frequency response of a strip, from a model and from records."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import row
 from ..circuit.load import Hung, load_of
-from ..errors import checked
+from ..errors import InputError, checked
+from ..identification.frequency_response import BodeOfRecords, bode_of_records, compared
+from ..measurements.record import Record
+from ..measurements.said import said_of
+from ..measurements.waves import read_waves
 from ..simulation.bode import Bode
 from ..simulation.bode import bode as solve
 from ..simulation.impedance import frequencies
-from .given import Given, Strip, quantity
+from .data import Source, columns_of
+from .given import Given, Strip, optional, quantity
 from .given import load as strip_of
 
 
@@ -78,3 +88,99 @@ def bode(
     chosen = frequencies(*ends, points) if frequency is None else row(frequency, "frequency")
     level, hung = quantity(bias, "V", "bias"), load_of(load)
     return solve(actuator, chosen, bias=level, beam=beam, load=hung, engine=engine, band=band)
+
+
+@checked
+def bode_of(
+    records: Source | Sequence[Source],
+    strip: Strip | None = None,
+    low: Given | None = None,
+    high: Given | None = None,
+    *,
+    skip: Given | None = None,
+    bias: Given | None = None,
+    beam: str | None = None,
+    load: Hung = None,
+    engine: str = "exact",
+    columns: Mapping[str, str] | Iterable[str] = (),
+    units: Mapping[str, str] | Iterable[str] = (),
+    part: int | None = None,
+    cycle: int | None = None,
+) -> BodeOfRecords:
+    """Return the frequency response that records show of a strip, with 95 % bands, and beside it that of a model.
+
+    Parameters
+    ----------
+    records : str, Path, DataFrame, mapping, Record, or list of these
+        Records of a sine, of sines one after another or together, of a chirp or of noise: paths, or columns such as
+        time_s, voltage_V, displacement_mm, current_mA, force_mN. Several are taken together.
+    strip : Actuator, str or Path, optional
+        A strip to compare with.
+    low : float or str, optional
+        Lowest frequency [Hz] (default: the lowest that is excited).
+    high : float or str, optional
+        Highest frequency [Hz], likewise.
+    skip : float or str, optional
+        Time [s] at the beginning of sines that is left out (default: periods that differ from the later ones by more
+        than their scatter).
+    bias : float or str, optional
+        Constant voltage [V] under the model's small signal (default: the middle of the records' voltage).
+    beam : {"dynamic", "static"}, optional
+        Beam of the model, see `bode`.
+    load : Load, str or mapping, optional
+        Load on the model's tip, see `bode`.
+    engine : {"exact", "ngspice"}
+        Solver of the model.
+    columns : mapping of str to str, optional
+        Titles of columns by quantity, if headers are not understood; as in `read`.
+    units : mapping of str to str, optional
+        Units by quantity, likewise.
+    part : int, optional
+        Which of several measurements in a file, see `read`.
+    cycle : int, optional
+        Which cycle of a file, see `read`.
+
+    Returns
+    -------
+    BodeOfRecords
+        ``responses`` by quantity, complex (f,), over ``frequency`` [Hz] (f,), with their ``variance`` and
+        ``coherence``; ``band`` and ``outside`` of a quantity. See `ilg.results`.
+
+    Raises
+    ------
+    InputError
+        A record cannot be read, has no excitation or no displacement, or is too short for its lowest frequency.
+    SolveError
+        The model's circuit cannot be solved.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> run = ilg.simulate("paper", "sine:1V,50mHz", "200 s", step="0.2 s", engine="exact")
+    >>> record = {"time_s": run.time, "voltage_V": run.voltage, "displacement_m": run.displacement}
+    >>> found = ilg.bode_of(record, "paper")
+    >>> f"{found.frequency[0]:.3f} Hz: {1e6 * found.magnitude('displacement')[0]:.0f} um/V"
+    '0.050 Hz: 106 um/V'
+    """
+    several = list(records) if isinstance(records, list | tuple) else [records]
+    if not several:
+        raise InputError("no record was given; give paths, data frames, or what ilg.read returned")
+    said = said_of(columns, units, part, cycle)
+    names = [f"record {k + 1}" if len(several) > 1 else "record" for k in range(len(several))]
+    waves = [
+        read_waves(each if isinstance(each, str | Path | Record) else columns_of(each), name, said)
+        for each, name in zip(several, names, strict=True)
+    ]
+    ends = optional(low, "Hz", "low"), optional(high, "Hz", "high")
+    found = bode_of_records(waves, *ends, optional(skip, "s", "skip"))
+    level, hung = optional(bias, "V", "bias"), load_of(load)
+    if strip is None:
+        return found
+    actuator = strip_of(strip)
+    how: dict[str, Any] = {"bias": found.bias if level is None else level, "beam": beam, "load": hung, "engine": engine}
+    distinct, places = np.unique(found.frequency, return_inverse=True)
+    model = solve(actuator, distinct, **how).at(places)
+    first, last = float(distinct[0]), float(distinct[-1])
+    spread = 1.0 if len(distinct) > 1 else 3.0  # a curve about a single frequency
+    curve = solve(actuator, frequencies(first / spread, last * spread, 100), **how)
+    return compared(found, model, curve)

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..findings import Finding
-from ..identification.comparison import compare
+from ..identification.comparison import compare, outside_findings
 from ..measurements.kind import RECORD
 from ..measurements.prepare import prepare
 from ..measurements.read import read_columns
@@ -29,7 +29,8 @@ def compared(
     no record.
     """
     if measured is not True:
-        return compare(strip, _record(measured, said), until=until, **how), ()
+        parts = compare(strip, _record(measured, said), until=until, **how)
+        return parts, outside_findings(parts)
     path = _file_of(drive)
     if path is None or not path.is_file():  # a pipe has been read already
         return (), ()
@@ -37,9 +38,10 @@ def compared(
     if held.get("current") is None or held.get("voltage") is None:
         return (), ()
     try:
-        return compare(strip, _record(path, said), until=until, **how), ()
+        parts = compare(strip, _record(path, said), until=until, **how)
     except InputError as error:
         return (), (Finding("not-compared", values={"reason": str(error)}),)
+    return parts, outside_findings(parts)
 
 
 def _file_of(drive: Driven) -> Path | None:

@@ -1,8 +1,8 @@
-"""Control of a strip's position."""
+"""Control of a strip's position: the voltage for a path, the closed loop, python-control."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,120 +11,16 @@ from ..control.close import Closed, read_controller
 from ..control.close import close_loop as close_room
 from ..control.export import c_text
 from ..control.export import to_control as control_of
-from ..control.margins import MOST_SENSITIVE
 from ..control.op_amps import OpAmps
 from ..control.programme import Limits
-from ..control.sampled import Sensor
+from ..control.sampled import Late, Sensor
 from ..control.track import NODES, Tracked
 from ..control.track import track as track_room
-from ..control.tune import OVERSHOOT, Tuned
-from ..control.tune import tune as tune_room
-from ..drive import PiecewiseLinear
 from ..errors import InputError, argument, checked
 from ..extras import require_control, require_python_control
-from .given import Driven, Given, Strip, drive_of, engine_of, optional, quantity
+from .given import Driven, Given, Strip, drive_of, engine_of, lasting, optional, quantity
 from .given import load as strip_of
-from .goals import gains_of, goals_of
-
-
-@checked
-def tune(
-    strip: Strip,
-    step: Given,
-    kind: str = "pi",
-    *,
-    to: str | None = None,
-    gains: str | Mapping[str, str | float] | None = None,
-    voltage: Given = 4.0,
-    delay: Given = 0.0,
-    sensitivity: float = MOST_SENSITIVE,
-    overshoot: Given = OVERSHOOT,
-    anti_windup: str = "back-calculation",
-    tracking_time: Given | None = None,
-    beam: str | None = None,
-    load: Hung = None,
-    draws: int | None = None,
-    seed: int = 0,
-    progress: Callable[..., Any] | None = None,
-) -> Tuned:
-    """Return a position controller for a strip, tuned for a step and robust over the uncertainty of the strip's fit.
-
-    Parameters
-    ----------
-    strip : Actuator, str or Path
-        An object, the path of a TOML file or a preset's name; a fitted strip brings the covariance.
-    step : float or str
-        Step of the reference [m], such as "3 mm"; the voltage's limit makes settling depend on it.
-    kind : {"pi", "pid", "lqg", "adrc"}
-        Kind of controller: PI or PID with a filtered derivative, a linear-quadratic regulator behind a Kalman filter
-        that also estimates a constant error of the voltage, or linear active disturbance rejection.
-    to : str, optional
-        Goal: "settling=30s" or "bandwidth=20mHz"; the soonest settling if left out.
-    gains : str or mapping, optional
-        Gains that are judged in place of tuned ones, such as "gain=20V/mm,reset_time=10s".
-    voltage : float or str
-        Limit [V] of the voltage, of either sign.
-    delay : float or str
-        Delay [s] of the measurement, such as a camera's.
-    sensitivity : float
-        Largest abs(S) that is allowed at every sample, S = 1/(1 + loop gain).
-    overshoot : float or str
-        Largest overshoot allowed, as a part of the step.
-    anti_windup : {"back-calculation", "clamping", "none"}
-        What keeps the integral from winding up at the limit; clamping holds it within the limit.
-    tracking_time : float or str, optional
-        Time constant [s] of back-calculation (default: the reset time).
-    beam : {"dynamic", "static"}, optional
-        Beam with or without its mass (default: as the coupling was fitted).
-    load : Load, str or mapping, optional
-        Load on the tip, such as "mass=1g".
-    draws : int, optional
-        Samples of the covariance (default 200; none for a strip without a covariance).
-    seed : int
-        Seed of samples and search.
-    progress : callable, optional
-        Function that is called with (done, total).
-
-    Returns
-    -------
-    Tuned
-        ``law`` with its ``gains``, ``margins`` over the samples, ``settling`` [s], ``overshoot``, the step response
-        ``run``, the largest ``delay`` [s] that still holds, ``wish.bound`` [s], ``met``. See `ilg.results`.
-
-    Raises
-    ------
-    InputError
-        A value is not understood or out of range, or no voltage within the limit holds the step.
-    SolveError
-        No controller can settle in time, none of this kind is robust, or the loop with the gains given is unstable.
-
-    Examples
-    --------
-    >>> import ilg_circuit as ilg
-    >>> tuned = ilg.tune("paper", "3 mm", gains="gain=20V/mm,reset_time=10s", beam="static")
-    >>> f"{tuned.settling:.2f} s, {tuned.overshoot:.2%}, no sooner than {tuned.wish.bound:.1f} s"
-    '27.19 s, 3.87%, no sooner than 20.6 s'
-    """
-    goals = goals_of(to)
-    return tune_room(
-        strip_of(strip),
-        quantity(step, "m", "step"),
-        kind,
-        settling=goals.get("settling"),
-        bandwidth=goals.get("bandwidth"),
-        gains=gains_of(kind, gains),
-        limit=quantity(voltage, "V", "voltage"),
-        delay=quantity(delay, "s", "delay"),
-        sensitivity=sensitivity,
-        overshoot=quantity(overshoot, "", "overshoot"),
-        anti_windup=anti_windup,
-        tracking_time=optional(tracking_time, "s", "tracking_time"),
-        beam=beam,
-        load=load_of(load),
-        draws=draws,
-        seed=seed,
-        progress=progress,
-    )
+from .goals import drift_of
 
 
 @checked
@@ -197,10 +93,6 @@ def track(
     actuator = strip_of(strip)
     seconds = None if duration is None else quantity(duration, "s", "duration")
     source = drive_of(path, seconds or 0.0, "m")
-    if seconds is None:
-        if not (isinstance(source, PiecewiseLinear) and source.times[-1] > 0):
-            raise InputError(f"{argument('duration')} is missing: say how long, such as '300 s'")
-        seconds = float(source.times[-1])
     limits = Limits(
         quantity(voltage, "V", "voltage"),
         optional(slew, "V/s", "slew"),
@@ -209,7 +101,7 @@ def track(
     )
     chosen = engine or ("exact" if actuator.material.model.linear else engine_of(None, actuator))
     how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen}
-    return track_room(actuator, source, seconds, limits, nodes=nodes, **how)
+    return track_room(actuator, source, lasting(source, seconds), limits, nodes=nodes, **how)
 
 
 @checked
@@ -226,10 +118,15 @@ def close_loop(
     noise: Given = 0.0,
     quantum: Given = 0.0,
     computation: Given = 0.0,
+    jitter: Given = 0.0,
+    pwm: Given | None = None,
+    duty_steps: int = 256,
     seed: int = 0,
     gain_bandwidth: Given | None = None,
     supply: Given | None = None,
     sensor_gain: Given | None = None,
+    drift: str | Mapping[str, Given] | None = None,
+    adapt: bool = False,
     samples: int = 601,
     beam: str | None = None,
     load: Hung = None,
@@ -263,14 +160,27 @@ def close_loop(
         Step [m] in which the measurement comes.
     computation : float or str
         Time [s] from a call to its voltage, shorter than the period.
+    jitter : float or str
+        Time [s] by which a voltage comes later than that, at most; by chance, equally distributed.
+    pwm : float or str, optional
+        Frequency [Hz] of a pulse-width modulated stage: an H-bridge that gives its ``supply`` for a part of each cycle.
+        It is solved by the exact engine, switching and all.
+    duty_steps : int
+        Steps of its duty.
     seed : int
         Seed of the noise.
     gain_bandwidth : float or str, optional
         Gain-bandwidth product [Hz] of operational amplifiers (default 1 MHz).
     supply : float or str, optional
-        Supply [V] of operational amplifiers, of either sign (default 15 V).
+        Supply [V] of operational amplifiers, of either sign (default 15 V), or of the stage (default: the limit).
     sensor_gain : float or str, optional
         Voltage per length [V/m] of the sensor and the reference before operational amplifiers (default 1 V/mm).
+    drift : str or mapping, optional
+        Changes of the strip from the start to the end of the run, as of one that dries:
+        "capacitance=-40%,dynamic_resistance=+80%". Names are capacitance, dynamic_resistance, dc_resistance and gain.
+        It is solved by the exact engine.
+    adapt : bool
+        Makes a tuned PI, sampled, identify the strip while it runs, and reschedule its gains; see `adaptive`.
     samples : int
         Number of samples that are returned, equally apart.
     beam : {"dynamic", "static"}, optional
@@ -311,6 +221,11 @@ def close_loop(
     sensor = Sensor(
         quantity(delay, "s", "delay"), quantity(noise, "m", "noise"), quantity(quantum, "m", "quantum"), seed
     )
+    stage = None
+    if pwm is not None:
+        stage, supply = (quantity(pwm, "Hz", "pwm"), optional(supply, "V", "supply"), duty_steps), None
+    if drift or stage:
+        engine = engine or "exact"
     asked = {
         "gain_bandwidth": optional(gain_bandwidth, "Hz", "gain_bandwidth"),
         "supply": optional(supply, "V", "supply"),
@@ -326,11 +241,14 @@ def close_loop(
         period=optional(period, "s", "period"),
         limit=optional(voltage, "V", "voltage"),
         sensor=sensor,
-        computation=quantity(computation, "s", "computation"),
+        late=Late(quantity(computation, "s", "computation"), quantity(jitter, "s", "jitter")),
+        pwm=stage,
         samples=samples,
         beam=beam,
         load=load_of(load),
         engine=engine_of(engine, actuator) if form == "sampled" else "ngspice",
+        drift=drift_of(drift),
+        adapts=adapt,
         op_amps=OpAmps(**amplifiers) if amplifiers else None,
     )
 

@@ -210,7 +210,7 @@ def _track(given: Any, name: str, said: Said) -> Track:
         return read_track(given, said)
     if isinstance(given, tuple) and len(given) == 2:
         given = {"time_s": given[0], "displacement_m": given[1]}
-    return track_data(_columns(given), name, said)
+    return track_data(columns_of(given), name, said)
 
 
 def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
@@ -240,7 +240,7 @@ def _film(source: Source, drive: Driven, onset: Stated, said: Said, name: str, u
     if isinstance(source, Film):
         return source
     return film(
-        source if isinstance(source, str | Path) else _columns(source),
+        source if isinstance(source, str | Path) else columns_of(source),
         drive,
         name,
         onset=onset,
@@ -254,10 +254,10 @@ def _read(source: Source, mode: str | None, onset: Stated, said: Said, name: str
         return source
     if isinstance(source, str | Path):
         return read_file(source, onset=onset, said=said) if mode is None else read_load_test(source, mode, said)
-    return read_data(_columns(source), name, mode=mode, onset=onset, said=said)
+    return read_data(columns_of(source), name, mode=mode, onset=onset, said=said)
 
 
-def _columns(source: Any) -> dict[str, ArrayLike]:
+def columns_of(source: Any) -> dict[str, ArrayLike]:
     """Return the columns of a data frame or a mapping. Raises InputError for what is none."""
     titles = getattr(source, "columns", source)
     try:

@@ -136,6 +136,15 @@ def drive_of(drive: Driven, duration: float, unit: str = "V", said: Said = NOTHI
     return drive
 
 
+def lasting(source: Drive, seconds: float | None) -> float:
+    """Return the duration [s] given, or that of a file or rows. Raises InputError for a form without an end."""
+    if seconds is None:
+        if not (isinstance(source, PiecewiseLinear) and source.times[-1] > 0):
+            raise InputError(f"{argument('duration')} is missing: say how long, such as '300 s'")
+        seconds = float(source.times[-1])
+    return seconds
+
+
 def mounted(tip: str, beam: str | None, hung: Hung) -> dict[str, Any]:
     """Return tip, beam (None for the strip's own) and load in the form for solvers."""
     return {"tip": tip, "beam": beam, "load": load_of(hung)}

@@ -1,4 +1,4 @@
-"""Reads what a controller is tuned for, and gains, from texts."""
+"""Reads what a controller is tuned for, gains, and the drift of a strip from texts."""
 
 from __future__ import annotations
 
@@ -37,3 +37,13 @@ def gains_of(kind: str, given: str | Mapping[str, str | float] | None) -> dict[s
             raise unknown_name(f"gain of {kind}", key, units)
         found[key] = si(value, units[key], f"{argument('gains')}, {key}")
     return found
+
+
+def drift_of(given: str | Mapping[str, str | float] | None) -> dict[str, float] | None:
+    """Return the factors that values end at, by name, from changes such as "capacitance=-40%"."""
+    if not given:
+        return None
+    if isinstance(given, str):
+        given = dict(part.partition("=")[::2] for part in given.split(","))
+    name = argument("drift")
+    return {str(key).strip(): 1 + si(value, "", f"{name}, {str(key).strip()}") for key, value in given.items()}

@@ -15,6 +15,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Response`           waveforms of a run, from `ilg.simulate`
 `Shape`              centre line of a strip over time, from `ilg.shape`
 `Bode`               displacement, current and force over frequency, from `ilg.bode`
+`BodeOfRecords`      the same from records, with bands, from `ilg.bode_of`
 `Impedance`          impedance over frequency, from `ilg.impedance`
 `Sensed`             voltage or current of a strip that is moved, from `ilg.sense`
 `Record`             measured waveforms, from `ilg.read`
@@ -23,6 +24,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Identification`     the fit of a strip, from `ilg.identify`
 `ShapeFit`           the resistance along a strip, from `ilg.identify_shape`
 `SheetsFit`          the same from spectra, from `ilg.identify_sheets`
+`SensingFit`         the law by which a strip senses, from `ilg.identify_sensing`
 `Estimate`           a fitted parameter with its error and interval, as in ``fit["capacitance"]``
 `Batch`              fits of many files, from `ilg.identify_each`
 `FileFit`            one row of a `Batch`
@@ -34,9 +36,14 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Front`              the trade-off between objectives, ``report.front``
 `Closed`             a closed position loop over time, from `ilg.close_loop`
 `Tracked`            the voltage for a path, from `ilg.track`
+`Learned`            errors over repeated trials, from `ilg.learn`
 `Tuned`              a position controller and its margins, from `ilg.tune`
+`Adaptive`           a controller that identifies its strip, from `ilg.adaptive`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
 `RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
+`ReflexRun`          neurons that feel the strip they drive, from `ilg.reflex`
+`ReflexSweep`        their rhythm over the gain, from `ilg.reflex`
+`Entrainment`        the range to which their rhythm locks, from `ilg.reflex`
 `ArmResult`          the motion of a soft arm, from `ilg.arm`
 `Motion`             positions of an arm over time, ``moved.motion``
 `SpiceText`          a SPICE deck or subcircuit, from `ilg.netlist` and `ilg.library`
@@ -54,7 +61,9 @@ if TYPE_CHECKING:
     from ..arms.motion import Motion
     from ..arms.run import ArmResult
     from ..circuit.text import SpiceText
+    from ..control.adaptive import Adaptive
     from ..control.close import Closed
+    from ..control.learn import Learned
     from ..control.track import Tracked
     from ..control.tune import Tuned
     from ..findings import Finding
@@ -62,7 +71,9 @@ if TYPE_CHECKING:
     from ..fit.result import FitResult
     from ..hyperelastic.characterisation import Characterisation
     from ..identification.batch import Batch, FileFit
+    from ..identification.frequency_response import BodeOfRecords
     from ..identification.identification import Identification
+    from ..identification.sensing import SensingFit
     from ..identification.shape import ShapeFit
     from ..identification.sheets import SheetsFit
     from ..measurements.load_test import LoadTest
@@ -86,9 +97,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Actuator",
+    "Adaptive",
     "ArmResult",
     "Batch",
     "Bode",
+    "BodeOfRecords",
     "Characterisation",
     "Closed",
     "Design",
@@ -101,6 +114,7 @@ __all__ = [
     "Identification",
     "Impedance",
     "IonPath",
+    "Learned",
     "LoadTest",
     "Motion",
     "Record",
@@ -109,6 +123,7 @@ __all__ = [
     "RhythmRun",
     "RhythmSweep",
     "Sensed",
+    "SensingFit",
     "Shape",
     "ShapeFit",
     "SheetsFit",
@@ -124,7 +139,9 @@ _PLACES = {
     "arms.motion": ("Motion",),
     "arms.run": ("ArmResult",),
     "circuit.text": ("SpiceText",),
+    "control.adaptive": ("Adaptive",),
     "control.close": ("Closed",),
+    "control.learn": ("Learned",),
     "control.track": ("Tracked",),
     "control.tune": ("Tuned",),
     "findings": ("Finding",),
@@ -135,7 +152,9 @@ _PLACES = {
         "Batch",
         "FileFit",
     ),
+    "identification.frequency_response": ("BodeOfRecords",),
     "identification.identification": ("Identification",),
+    "identification.sensing": ("SensingFit",),
     "identification.shape": ("ShapeFit",),
     "identification.sheets": ("SheetsFit",),
     "measurements.load_test": ("LoadTest",),

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.load import Load
 from ..errors import InputError, argument
+from ..findings import Finding
+from ..fit.criteria import effective_samples
 from ..measurements.record import Channel, Record
 from ..measurements.smoothing import noise_level
 from ..simulation.compared import Compared
 from ..simulation.prediction_band import prediction_band
 from ..simulation.response import simulate
 from ..strip.actuator import Actuator
+
+#: Probability of a band, and below which a record outside it is named.
+_BAND, _CHANCE = 0.95, 0.01
 
 
 def compare(
@@ -72,6 +79,21 @@ def compare(
             )
         )
     return tuple(part for part in found if part.largest > 0)
+
+
+def outside_findings(parts: Sequence[Compared]) -> tuple[Finding, ...]:
+    """Return a finding on each record that lies outside the prediction's 95 % band more often than chance explains."""
+    from scipy.stats import binom
+
+    found = []
+    for part in parts:
+        if part.covered is None:
+            continue
+        samples = int(effective_samples(part.measured - part.predicted))
+        if part.covered < float(binom.ppf(_CHANCE, samples, _BAND)) / samples:
+            values = {"quantity": part.quantity, "outside": 1 - part.covered, "allowed": 1 - _BAND}
+            found.append(Finding("record-outside-band", part.source, values))
+    return tuple(found)
 
 
 def _after(channel: Channel, end: float) -> Channel:

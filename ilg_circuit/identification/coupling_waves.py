@@ -17,11 +17,12 @@ from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
+from ..solve.exact import mode_waves
 from ..solve.modes import modes_of
 from ..solve.state_space import state_space
 from ..strip.actuator import Actuator
 from ..strip.couplings import ChargeCoupling, VoltageRelaxations
-from .modal import driven_modes, second_order_waves
+from .modal import second_order_waves
 from .motion_laws import MotionLaw
 
 #: Time constants of the grid, from so many sampling intervals to so many times the record, and so many a decade.
@@ -68,7 +69,7 @@ class Source:
         if count:
             close = np.abs(poles[:, None] - self.poles).min(axis=1) < _NEAR * np.abs(poles)
             poles = np.where(close, poles * (1 + 2 * _NEAR), poles)
-        every = driven_modes(np.concatenate([self.poles, poles]), drive, t)
+        every = mode_waves(np.concatenate([self.poles, poles]), drive, t)
         share = self.amounts / (self.poles - poles[:, None])
         return (self.direct - share.sum(axis=1))[:, None] * every[count:] + share @ every[:count]
 
@@ -76,7 +77,7 @@ class Source:
         """Return the displacement (samples,) without delay."""
         found = self.direct * drive.value(t)
         if len(self.poles):
-            found = found + np.real(self.amounts @ driven_modes(self.poles, drive, t))
+            found = found + np.real(self.amounts @ mode_waves(self.poles, drive, t))
         return np.asarray(found)
 
 

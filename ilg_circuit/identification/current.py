@@ -29,7 +29,7 @@ from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
-from .modal import Ports, modal_currents
+from .modal import Ports, differences, modal_current_slopes, modal_currents, perturbed, with_slopes
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
 from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
@@ -198,9 +198,17 @@ class CurrentData:
         """Return the predictions (ports, samples) at ``t`` [s] by the engine."""
         return currents(ports, self.drive, t, self.engine, self.accuracy)
 
-    def _modal(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array]:
-        """Return what linear ``ports`` do at rest (ports,), and at ``t`` >= 0 [s] (ports, samples)."""
-        return _at_rest(ports, self.drive.rest), modal_currents(ports, self.drive, t)
+    def _modal(self, ports: Sequence[Port], t: Array) -> Array:
+        """Return the predictions (ports, samples) of linear ``ports`` at ``t`` >= 0 [s]."""
+        return modal_currents(ports, self.drive, t)
+
+    def _modal_slopes(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array] | None:
+        """Return the prediction at ``t`` >= 0 [s] and its derivatives, see `modal.modal_current_slopes`."""
+        return modal_current_slopes(ports, self.drive, t)
+
+    def _still(self, ports: Sequence[Port]) -> Array:
+        """Return what ``ports`` do at rest (ports,)."""
+        return _at_rest(ports, self.drive.rest)
 
     def modal(self, model: PortModel, t: Array) -> Predict:
         """Return the prediction of a linear model at ``t`` [s] since the onset as a sum of modes."""
@@ -208,12 +216,21 @@ class CurrentData:
 
         def predict(values: Array) -> Array:
             made = ports(values)
-            rest, waves = self._modal(made, t[after])
-            waveforms = np.repeat(rest[:, None], len(t), axis=1)
-            waveforms[:, after] = waves
+            waveforms = np.repeat(self._still(made)[:, None], len(t), axis=1)
+            waveforms[:, after] = self._modal(made, t[after])
             return waveforms
 
-        return predict
+        def slopes(values: Array) -> tuple[Array, Array] | None:
+            made = ports(perturbed(values))
+            found = self._modal_slopes(made, t[after])
+            if found is None:
+                return None
+            rest = self._still(made)
+            prediction, each = np.full(len(t), rest[0]), np.tile(differences(rest), (len(t), 1))
+            prediction[after], each[after] = found
+            return prediction, each
+
+        return with_slopes(predict, slopes)
 
     def require_electrode_resistance(self, held: float) -> None:
         if not (math.isfinite(held) and held >= 0):

@@ -172,6 +172,9 @@ class Identification(Estimated, Warned, Result):
             "displacement": {"figures": metrics.to_dict() if metrics else None, "laws": laws},
             "kramers_kronig": self.check.to_dict() if self.check else None,
             "correlations": dict(self.correlations),
+            "residuals": [vars(left) for left in self.actuator.uncertainty.residuals]
+            if self.actuator.uncertainty
+            else [],
             "records": [o.to_dict() for o in self.observations],
             "candidates": [c.to_dict() for c in self.candidates],
             "warnings": list(self.warnings),

@@ -57,6 +57,7 @@ from .observation_fit import (
     leave_one_port_out,
     misfit_findings,
     observation_fits,
+    residuals_of,
 )
 from .onset import clock_findings
 from .outliers import without_outliers
@@ -192,6 +193,9 @@ def identify(
     derived = port_quantities(port, fit, uncertainty, onsets) if port is not None else {}
     rows, without = _observations(port, coupling, fit, progress)
     rows = [onsets.told(row) for row in rows]
+    if actuator.uncertainty is not None:
+        left = residuals_of(rows)
+        actuator = replace(actuator, uncertainty=replace(actuator.uncertainty, residuals=left))
     if len(files) == 1:
         derived = {**{n: e for o in rows for n, e in o.derived.items()}, **derived}
     if until is not None and records:

@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..circuit.netlist import Netlist
 from ..drive import PiecewiseLinear
-from ..solve.exact import drive_lines, interval_grid, modal_output
-from ..solve.modes import phi, recursion
+from ..fit.observation import Predict, WithSlopes
+from ..solve.exact import modal_output, modal_slopes
 from ..solve.port_system import port_system
 from ..solve.state_space import StateSpace, state_space
 from ..strip.port import Port
 
+#: Step of a parameter's logarithm by which matrices are compared for their derivatives.
+STEP = 1e-5
 #: values (m, parameters) -> ports with these values
 Ports = Callable[[Array], list[Port]]
-#: Intervals of a drive whose responses are computed at once.
-_BLOCK = 4000
 #: Least distance of the poles of second order, over twice their frequency.
 _APART = 1e-3
 
@@ -40,40 +40,78 @@ def modal_voltages(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> A
 
     The state space of their currents, i = C x + D u, solved for u.
     """
+    moved = modal_output(_by_current(ports), "voltage", drive.from_rest(), t)
+    return moved + np.array([drive.rest * port.steady_resistance for port in ports])[:, None]
+
+
+def _by_current(ports: Sequence[Port]) -> StateSpace:
+    """Return the state space of the voltages of ports under a current."""
     of_voltage = port_system(ports)
     b, c = of_voltage.b[:, :, :1], of_voltage.c[:, :1]
     direct = of_voltage.d[:, :1, :1]
     zero = np.zeros_like
-    system = StateSpace(
+    return StateSpace(
         of_voltage.a - b @ c / direct,
         np.concatenate([b / direct, zero(b)], axis=2),
         -c / direct,
         np.concatenate([1 / direct, zero(direct)], axis=2),
         ("voltage",),
     )
-    moved = modal_output(system, "voltage", drive.from_rest(), t)
-    return moved + np.array([drive.rest * port.steady_resistance for port in ports])[:, None]
+
+
+def modal_current_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> tuple[Array, Array] | None:
+    """Return the current [A] (samples,) of a port and its derivatives (samples, p) by logarithms of its parameters.
+
+    ``ports`` are those of `perturbed` values. None where modes cancel.
+    """
+    found = modal_slopes(port_system(ports), "current", drive.from_rest(), t, STEP)
+    rest = np.array([drive.rest / port.steady_resistance for port in ports])
+    return None if found is None else (found[0] + rest[0], found[1] + differences(rest))
+
+
+def modal_voltage_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> tuple[Array, Array] | None:
+    """Return the same of a port's voltage [V] under a current."""
+    found = modal_slopes(_by_current(ports), "voltage", drive.from_rest(), t, STEP)
+    rest = np.array([drive.rest * port.steady_resistance for port in ports])
+    return None if found is None else (found[0] + rest[0], found[1] + differences(rest))
+
+
+def modal_displacement_slopes(
+    netlists: Sequence[Netlist], drive: PiecewiseLinear, t: Array
+) -> tuple[Array, Array] | None:
+    """Return the same of a strip's displacement [m], from rest; ``netlists`` are those of `perturbed` values."""
+    return modal_slopes(state_space(netlists), "displacement", drive.from_rest(), t, STEP)
+
+
+def perturbed(values: Array) -> Array:
+    """Return one set (p,) of parameters, and all sets (2 p + 1, p) where one is greater or smaller by `STEP`."""
+    steps = STEP * np.eye(len(values))
+    return np.asarray(values * np.exp(np.concatenate([np.zeros((1, len(values))), steps, -steps])))
+
+
+def differences(found: Array) -> Array:
+    """Return derivatives (p,) from numbers (2 p + 1,) of `perturbed` values."""
+    count = len(found) // 2
+    return np.asarray((found[1 : count + 1] - found[count + 1 :]) / (2 * STEP))
+
+
+def with_slopes(predict: Predict, slopes: Callable[[Array], tuple[Array, Array] | None]) -> WithSlopes:
+    """Return a prediction with ``slopes`` by logarithms, which are central differences where that gives None."""
+
+    def either(values: Array) -> tuple[Array, Array]:
+        found = slopes(values)
+        if found is None:
+            sets = predict(perturbed(values))
+            count = len(values)
+            found = sets[0], (sets[1 : count + 1] - sets[count + 1 :]).T / (2 * STEP)
+        return found
+
+    return WithSlopes(predict, either)
 
 
 def modal_displacements(netlists: Sequence[Netlist], drive: PiecewiseLinear, t: Array) -> Array:
     """Return the displacements [m] (strips, samples) of linear strips of one topology at ``t`` >= 0 [s], from rest."""
     return modal_output(state_space(netlists), "displacement", drive.from_rest(), t)
-
-
-def driven_modes(poles: NDArray[Any], drive: PiecewiseLinear, t: Array) -> NDArray[Any]:
-    """Return what 1/(s - pole) makes of a ``drive`` from rest (poles, samples) at ``t`` >= 0 [s]; poles [1/s] (n,)."""
-    grid = interval_grid(drive, t)
-    widths = np.diff(grid)
-    start, slopes = drive_lines(drive, grid[:-1], widths)
-    found = np.zeros((len(grid), len(poles)), dtype=poles.dtype)
-    for first in range(0, len(widths), _BLOCK):
-        part = slice(first, first + _BLOCK)
-        width = widths[part, None]
-        z = poles * width
-        gained = width * (start[part, None] * phi(z, 1) + slopes[part, None] * width * phi(z, 2))
-        states = recursion(np.exp(z), gained, found[first])
-        found[first + 1 : first + 1 + len(states)] = states
-    return found[np.searchsorted(grid, t)].T
 
 
 def second_order_waves(damping: Array, frequency: Array, through: Callable[[NDArray[Any]], NDArray[Any]]) -> Array:

@@ -26,7 +26,7 @@ from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements, lumped_port
 from ..strip.port import Port
 from .coupling_waves import Waves, displacements
-from .modal import modal_displacements
+from .modal import modal_displacement_slopes, modal_displacements, perturbed, with_slopes
 from .motion_laws import EC31, LAWS, MotionLaw
 from .port_model import PortModel, observed
 
@@ -80,13 +80,10 @@ class Motion:
         """Return displacements [m] (k, samples) at ``t`` [s] from the rest before 0, of parameters ``values`` (k, n).
 
         By the engine to ``accuracy``, or without one by the closed form of a linear strip, from its `waves` where they
-        are given. Raises SolveError for
-        constants that ring for longer than any record resolves.
+        are given. Raises SolveError for constants that ring for longer than any record resolves.
         """
         after = t >= 0
-        zeta, wn = values[0, -2:]
-        if self.law == EC31 and min(wn * t[-1], 20 / max(zeta, 1e-300)) > _MOST_RINGING:
-            raise SolveError("the fit of d(s) diverged beyond the resolution of the record")
+        self._require_resolved(values[0], t)
         if waves is not None:
             return displacements(self.law, values, waves)
         strips = self._strips(values, t)
@@ -102,6 +99,27 @@ class Motion:
         still = [steady_displacement(strip, drive.rest) for strip in strips]
         result[:, after] = found.values[:, found.names.index("displacement")] - np.array(still)[:, None]
         return result
+
+    def slopes(self, drive: PiecewiseLinear, t: Array, values: Array) -> tuple[Array, Array] | None:
+        """Return the displacement [m] (samples,) of one set (n,) in closed form, and its derivatives by logarithms.
+
+        None where modes cancel; raises SolveError as `displacements`.
+        """
+        after, sets = t >= 0, perturbed(values)
+        self._require_resolved(values, t)
+        netlists = [strip_netlist(strip, beam=self.beam) for strip in self._strips(sets, t)]
+        found = modal_displacement_slopes(netlists, drive, t[after])
+        if found is None:
+            return None
+        prediction, each = np.zeros(len(t)), np.zeros((len(t), len(values)))
+        prediction[after], each[after] = found
+        return prediction, each
+
+    def _require_resolved(self, values: Array, t: Array) -> None:
+        """Raise SolveError for constants (n,) that ring for longer than any record resolves."""
+        zeta, wn = values[-2:]
+        if self.law == EC31 and min(wn * t[-1], 20 / max(zeta, 1e-300)) > _MOST_RINGING:
+            raise SolveError("the fit of d(s) diverged beyond the resolution of the record")
 
     def _strips(self, values: Array, t: Array) -> list[Actuator]:
         count = len(self.law.parameters)
@@ -262,7 +280,12 @@ class DisplacementData:
         def predict(values: Array) -> Array:
             return self.sign * motion.displacements(drive, t, values, None if closed else accuracy, waves)
 
-        return observed(self, motion.names, predict, self.nuisance, sigma)
+        def slopes(values: Array) -> tuple[Array, Array] | None:
+            found = motion.slopes(drive, t, values)
+            return found and (self.sign * found[0], self.sign * found[1])
+
+        known = with_slopes(predict, slopes) if closed and waves is None else predict
+        return observed(self, motion.names, known, self.nuisance, sigma)
 
 
 def steady_displacement(strip: Actuator, voltage: float) -> float:

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..errors import IlgError
 from ..findings import Finding
-from ..fit.criteria import ResidualWindow, residual_windows
+from ..fit.criteria import ResidualWindow, autocorrelation, residual_windows
 from ..fit.estimate import Estimate
 from ..fit.fitting import fit_without
-from ..fit.misfit import Misfit, misfit_of_spectrum, misfit_over_time
+from ..fit.misfit import Misfit, deviations_over_time, misfit_of_spectrum, misfit_over_time
 from ..fit.problem import Progress
 from ..fit.result import FitResult
 from ..measurements.smoothing import noise_level
+from ..strip.uncertainty import RESIDUAL_UNITS, Residuals
 from .displacement_metrics import DisplacementMetrics
 from .kramers_kronig import KramersKronig
 from .port_fit import PortFit, levels_differ
@@ -207,6 +208,25 @@ def _misfit(d: Measured, residuals: Array) -> Misfit | None:
         measured, left = d.shown(d.data), d.shown(residuals)
         return misfit_of_spectrum(d.abscissa, np.abs(left) / np.abs(measured))
     return misfit_over_time(d.abscissa, residuals, noise_level(d.data), d.size)
+
+
+def residuals_of(rows: Sequence[ObservationFit]) -> tuple[Residuals, ...]:
+    """Return the misfit of currents and displacements by the time since the onset, per volt, of all records."""
+    found = []
+    for quantity in RESIDUAL_UNITS:
+        parts = []
+        for r in (r for r in rows if r.quantity == quantity and r.voltage and r.abscissa[-1] > 0):
+            times, deviations = deviations_over_time(r.abscissa, r.residuals, noise_level(r.data))
+            parts.append((times, deviations / abs(r.voltage), autocorrelation(r.residuals)))
+        if not any(d.any() for _, d, _ in parts):
+            continue
+        grid = np.unique(np.concatenate([times for times, _, _ in parts]))
+        # every record that reaches a time counts there
+        squares = np.array([np.interp(grid, t, d, right=np.nan) ** 2 for t, d, _ in parts])
+        mean = np.sqrt(np.nanmean(squares, axis=0))
+        correlation = float(np.clip(np.mean([c for _, _, c in parts]), -1.0, 1.0))
+        found.append(Residuals(quantity, tuple(grid.tolist()), tuple(mean.tolist()), correlation))
+    return tuple(found)
 
 
 def misfit_findings(rows: Sequence[ObservationFit]) -> list[Finding]:

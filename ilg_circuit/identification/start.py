@@ -1,7 +1,7 @@
 """Computes starting values from the data: poles from a grid, all other constants by linear least squares.
 
 For given poles, current and displacement are linear in the remaining constants; their building blocks are first and
-second order filters of the drive, superposed from the closed forms for a whole grid of poles at once.
+second order filters of the drive, for a whole grid of poles at once.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..measurements.voltage import simplified
-from ..simulation.superposition import superpose
+from ..solve.exact import mode_waves
 from ..strip.models import ElectricalModel
-from .modal import driven_modes, second_order_waves
+from .modal import second_order_waves
 
 _MOST_SAMPLES = 500
 _RATES = 40
@@ -29,6 +29,8 @@ _FREQUENCIES = 24
 _APART = 1.8
 #: Relative residual below which two basis functions are linearly dependent.
 _ALIKE = 1e-12
+#: The same, of several columns of a linear fit.
+_DEPENDENT = 1e-10
 #: Least starting value of the steady conductance, relative to the peak's.
 _LEAST_STEADY = 1e-2
 #: Tolerance of the drive for starting values, as a fraction of its range.
@@ -53,16 +55,15 @@ def current_start(
     beside = np.linalg.qr(nuisance[keep])[0] if nuisance is not None else np.zeros((len(t), 0))
     drive = _coarse(drive)
     rates = _rate_grid(t, _RATES)
-    waves = superpose(drive, t, lambda kind, time: _high_pass(kind, time, rates[:, None]))
-    basis = np.vstack([drive.value(t), waves])
-    best, choice = np.inf, None
-    every = range(0, len(rates), 1 if branches < 3 else 2)
-    for chosen in combinations(every, branches):
-        g, cost = _linear_fit(basis[[0, *(k + 1 for k in chosen)]].T, current, beside)
-        if cost < best * (1 - 1e-9) and (g[1:] > 0).all():
-            best, choice = cost, (g, rates[list(chosen)])
-    if choice is None:
+    basis = np.vstack([drive.value(t), _high_passes(rates, drive, t)])
+    every = range(1, len(rates) + 1, 1 if branches < 3 else 2)
+    choices = np.array([(0, *chosen) for chosen in combinations(every, branches)])
+    amounts, left = _linear_fits(basis.T, choices, current, beside)
+    left[(amounts[:, 1:] <= 0).any(axis=1)] = np.inf
+    best = int(np.argmin(left))
+    if not np.isfinite(left[best]):
         raise InputError("the current does not follow the voltage as a resistive and capacitive strip's does")
+    choice = amounts[best], rates[choices[best, 1:] - 1]
     g, chosen_rates = _refined(t, current, drive, choice[1], beside) or choice
     peak = float(np.abs(g[0]) + g[1:].sum())
     g[0] = max(g[0], _LEAST_STEADY * peak)
@@ -85,8 +86,7 @@ def _refined(
     u = drive.value(t)
 
     def solved(logs: Array) -> tuple[Array, float]:
-        waves = superpose(drive, t, lambda kind, time: _high_pass(kind, time, np.exp(logs)[:, None]))
-        return _linear_fit(np.vstack([u, waves]).T, current, beside)
+        return _linear_fit(np.vstack([u, _high_passes(np.exp(logs), drive, t)]).T, current, beside)
 
     found = minimize(lambda logs: solved(logs)[1], np.log(rates), method="Nelder-Mead", options={"maxiter": 100})
     g, _ = solved(found.x)
@@ -147,7 +147,7 @@ class CouplingSearch:
         self._grid = [(zeta, float(wn)) for zeta in _DAMPINGS for wn in frequencies]
         zeta, wn = np.array(self._grid).T
         simple, later = _coarse(drive), self._t[self._after]
-        self._waves = second_order_waves(zeta, wn, lambda poles: driven_modes(poles, simple, later))
+        self._waves = second_order_waves(zeta, wn, lambda poles: mode_waves(poles, simple, later))
 
     def start(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, float]:
         """Return ((Kd, Zd, zeta', wn'), sign) of samples up to ``end`` [s]; sign -1: it falls as the voltage rises.
@@ -241,14 +241,37 @@ def _rate_grid(t: Array, count: int) -> Array:
     return np.geomspace(0.3 / float(positive[-1]), 1.0 / shortest, count)
 
 
-def _high_pass(kind: str, time: Array, rate: Array) -> Array:
-    """Return s/(s + rate) of a step or a ramp; ``rate`` (n, 1), result (n, time)."""
-    return np.exp(-rate * time) if kind == "step" else -np.expm1(-rate * time) / rate
+def _high_passes(rates: Array, drive: PiecewiseLinear, t: Array) -> Array:
+    """Return s/(s + rate) of a drive at ``t`` [s] (samples,) for ``rates`` [1/s] (n,); shape (n, samples)."""
+    return np.asarray(drive.value(t) - rates[:, None] * mode_waves(-rates, drive, t))
 
 
-def _linear_fit(basis: Array, data: Array, beside: Array | None = None) -> tuple[Array, float]:
+def _linear_fits(basis: Array, choices: NDArray[np.intp], data: Array, beside: Array) -> tuple[Array, Array]:
+    """Return `_linear_fit` of each of the ``choices`` (c, k) of columns of ``basis`` (m, n): (c, k) and (c,).
+
+    The sum of squares is infinite where the columns are linearly dependent.
+    """
+    basis, data = _without(basis, beside), _without(data, beside)
+    upper = np.asarray(np.linalg.qr(np.column_stack([basis, data]), mode="r"))  # the factor of all choices
+    columns = upper[:, choices].transpose(1, 0, 2)
+    size = np.linalg.norm(columns, axis=1)
+    size[size == 0] = 1.0
+    q, r = np.linalg.qr(columns / size[:, None])
+    apart = np.abs(np.diagonal(r, axis1=1, axis2=2)).min(axis=1) > _DEPENDENT
+    r[~apart] = np.eye(r.shape[1])
+    along = q.swapaxes(1, 2) @ upper[:, -1]
+    found = np.linalg.solve(r, along[..., None])[..., 0] / size
+    left = ((np.einsum("cmk,ck->cm", columns, found) - upper[:, -1]) ** 2).sum(axis=1)
+    return found, np.where(apart, left, np.inf)
+
+
+def _without(rows: Array, beside: Array) -> Array:
+    """Return ``rows`` (samples, ...) without their parts along orthonormal terms ``beside`` (samples, q)."""
+    return rows - beside @ (beside.T @ rows) if beside.shape[1] else rows
+
+
+def _linear_fit(basis: Array, data: Array, beside: Array) -> tuple[Array, float]:
     """Return coefficients and the residual sum of squares, beside orthonormal linear terms ``beside`` (samples, q)."""
-    if beside is not None and beside.shape[1]:
-        basis, data = basis - beside @ (beside.T @ basis), data - beside @ (beside.T @ data)
-    found: Array = np.asarray(np.linalg.lstsq(basis, data, rcond=1e-10)[0], dtype=np.float64)
+    basis, data = _without(basis, beside), _without(data, beside)
+    found: Array = np.asarray(np.linalg.lstsq(basis, data, rcond=_DEPENDENT)[0], dtype=np.float64)
     return found, float(((basis @ found - data) ** 2).sum())

@@ -18,7 +18,7 @@ from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
 from .current import CurrentData
-from .modal import modal_voltages
+from .modal import modal_voltage_slopes, modal_voltages
 from .start import model_start
 
 
@@ -58,9 +58,14 @@ class VoltageData(CurrentData):
         """No voltage is constant under a current."""
         return None
 
-    def _modal(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array]:
-        rest = np.array([self.drive.rest * port.steady_resistance for port in ports])
-        return rest, modal_voltages(ports, self.drive, t)
+    def _modal(self, ports: Sequence[Port], t: Array) -> Array:
+        return modal_voltages(ports, self.drive, t)
+
+    def _modal_slopes(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array] | None:
+        return modal_voltage_slopes(ports, self.drive, t)
+
+    def _still(self, ports: Sequence[Port]) -> Array:
+        return np.array([self.drive.rest * port.steady_resistance for port in ports])
 
     def _solved(self, ports: Sequence[Port], t: Array) -> Array:
         after = t >= 0

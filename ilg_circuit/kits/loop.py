@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array, ComplexArray
 from ..circuit.strip import strip_netlist
-from ..control.margins import MOST_SENSITIVE
+from ..control.margins import MOST_SENSITIVE, crossings
 from ..solve.spectrum import spectrum
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
@@ -81,15 +81,11 @@ def margins(frequency: Array, loop: ComplexArray) -> tuple[float, float]:
 
     A loop that never does has its lowest frequency and no margin that is a number.
     """
-    size, phase = np.log(np.abs(loop)), np.unwrap(np.angle(loop))
-    falls = np.flatnonzero((size[:-1] >= 0) & (size[1:] < 0))
-    if not len(falls):
+    at, angle, falls = crossings(frequency, loop)
+    if not falls.any():
         return float(frequency[0]), math.nan
-    k = falls[-1]
-    part = size[k] / (size[k] - size[k + 1])
-    at = np.exp(np.log(frequency[k]) + part * np.log(frequency[k + 1] / frequency[k]))
-    margin = np.degrees(phase[k] + part * (phase[k + 1] - phase[k])) + 180
-    return float(at), float((margin + 180) % 360 - 180)
+    margin = np.degrees(angle[falls][-1]) + 180
+    return float(at[falls][-1]), float((margin + 180) % 360 - 180)
 
 
 def _frequencies(actuator: Actuator) -> Array:

@@ -21,6 +21,8 @@ _MOST_RATES = 32
 _MOST, _LAST = 4000, 500
 #: Quantile of the intervals that is taken as the shortest interval.
 _SHORT = 0.05
+#: Number of readings whose high-passes are composed at once.
+_BLOCK = 4096
 
 
 @dataclass(frozen=True)
@@ -55,18 +57,19 @@ class PassivePort:
         low, high = _SLOWEST / span, _FASTEST / float(np.quantile(positive, _SHORT))
         count = min(int(_PER_DECADE * np.log10(high / low)) + 1, _MOST_RATES)
         rates = np.geomspace(low, high, count)
+        first = None
         if beginning == "step":
-            before = float(np.median(positive))
-            waves = relaxed(np.append(t[0] - before, t), np.append(0.0, u), rates)[:, 1:]
-        else:
-            waves = relaxed(t, u, rates)
-        columns = [u, *waves]
-        if offset:
-            columns += [np.ones(len(t)), -np.ones(len(t))]
-        if beginning == "run":
-            stored = np.exp(-rates[::2, None] * (t - t[0]))
-            columns += [*stored, *-stored]
-        self._basis = np.array(columns).T
+            first = _risen(rates, float(np.median(positive)))[1] * u[0]
+        stored = rates[::2] if beginning == "run" else rates[:0]
+        # one row a column, in place: those of a long record are large
+        rows = np.empty((1 + count + 2 * offset + 2 * len(stored), len(t)))
+        rows[0] = u
+        relaxed(t, u, rates, rows[1 : 1 + count], first)
+        rows[1 + count : 1 + count + 2 * offset] = np.array([[1.0], [-1.0]])[: 2 * offset]
+        decaying = rows[1 + count + 2 * offset :]
+        decaying[: len(stored)] = np.exp(-stored[:, None] * (t - t[0]))
+        decaying[len(stored) :] = -decaying[: len(stored)]
+        self._basis = rows.T
 
     def fit(self, current: Array, used: Mask) -> Passive:
         """Return the best fit of a port to the readings of ``current`` [A] (n,) that are ``used`` (n,)."""
@@ -91,17 +94,28 @@ class PassivePort:
         return Passive(predicted, rms, used)
 
 
-def relaxed(t: Array, u: Array, rates: Array) -> Array:
-    """Return high-passes s/(s + rate) of a voltage ``u`` [V] that is linear between readings, (rates, n)."""
+def relaxed(t: Array, u: Array, rates: Array, found: Array, first: Array | None = None) -> None:
+    """Write high-passes s/(s + rate) of a voltage ``u`` [V] that is linear between readings to ``found`` (rates, n).
+
+    ``first`` (rates,) are those at the first reading, zero if it is left out.
+    """
     h, du = np.diff(t), np.diff(u)
-    x = np.maximum(rates[:, None] * h, 1e-12)
-    decay = np.zeros((len(rates), len(t)))
-    added = np.zeros((len(rates), len(t)))
-    decay[:, 1:] = np.exp(-x)
-    added[:, 1:] = du * (-np.expm1(-x) / x)
-    shift = 1
-    while shift < len(t):  # y[k] = decay[k] y[k - 1] + added[k], composed over twice as many readings each time
-        added[:, shift:] += decay[:, shift:] * added[:, :-shift]
-        decay[:, shift:] *= decay[:, :-shift].copy()
-        shift *= 2
-    return added
+    found[:, 0] = 0.0 if first is None else first
+    for start in range(1, len(t), _BLOCK):
+        part = slice(start - 1, start - 1 + _BLOCK)
+        decay, added = _risen(rates[:, None], h[part])
+        added *= du[part]
+        added[:, 0] += decay[:, 0] * found[:, start - 1]
+        shift = 1
+        while shift < added.shape[1]:  # y[k] = decay[k] y[k - 1] + added[k], composed over twice as many readings
+            added[:, shift:] += decay[:, shift:] * added[:, :-shift]
+            decay[:, shift:] *= decay[:, :-shift].copy()
+            shift *= 2
+        found[:, start : start + _BLOCK] = added
+
+
+def _risen(rates: Array, h: Array | float) -> tuple[Array, Array]:
+    """Return what is left of a high-pass after ``h`` [s], and what a rise of 1 V over that time adds to it."""
+    x = np.maximum(rates * h, 1e-12)
+    fallen = np.expm1(-x)
+    return np.asarray(1 + fallen), np.asarray(-fallen / x)

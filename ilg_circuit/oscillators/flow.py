@@ -88,7 +88,7 @@ class Stretch:
     """A step within one piece: the state is sum_k ``terms``[k] s^k, s from 0 to ``length`` in units of ``step`` [s].
 
     ``terms`` (ORDER + 1, 2 n); ``active`` (n,); ``begin`` [s]; ``piece`` as `_Series`; ``switched`` is the neuron that
-    switches at its end, or -1.
+    switches at its end, or -1. A flow of more than neurons has further states and switches after theirs.
     """
 
     begin: float
@@ -114,8 +114,8 @@ class Stretch:
 
     def outputs(self, readout: Array) -> Array:
         """Return the polynomials (rows, ORDER + 1) of ``readout`` (rows, n) times y."""
-        n = len(self.active)
-        return np.asarray((readout * self.active) @ self.terms[:, :n].T)
+        n = readout.shape[1]
+        return np.asarray((readout * self.active[:n]) @ self.terms[:, :n].T)
 
     def propagator(self) -> Array:
         """Return the derivative (2 n, 2 n) of the state at the end by the state at the begin."""
@@ -124,10 +124,14 @@ class Stretch:
 
 
 class Flow:
-    """The exact flow of one network."""
+    """The exact flow of one network, from ``fastest`` [1/s] on.
+
+    A subclass adds states, and switches of its own by ``_full_matrix``, ``gates`` and ``values``.
+    """
 
     def __init__(self, network: Network) -> None:
         self.network = network
+        self.fastest = max(1 / network.rise_time, 1 / network.adaptation_time)
         n, w = network.size, network.matrix
         d, rise, fatigue = network.adaptation, network.rise_time, network.adaptation_time
         linear = np.zeros((2 * n + 1, 2 * n + 1))
@@ -139,9 +143,14 @@ class Flow:
         outputs[:n] = -w / rise
         outputs[n : 2 * n] = np.eye(n) / fatigue
         self._linear, self._outputs = linear, outputs
+        self._switches = n
         self._largest = 1 + float(np.abs(w).sum(axis=1).max())
         self._pieces: dict[bytes, _Series] = {}
-        self._room = max(2, int(_CACHE / ((ORDER + 1 if len(linear) <= _LARGEST_STACK else 2) * linear.size * 8)))
+
+    @cached_property
+    def _room(self) -> int:
+        m = len(self._linear)
+        return max(2, int(_CACHE / ((ORDER + 1 if m <= _LARGEST_STACK else 2) * m**2 * 8)))
 
     def rate(self, state: Array) -> Array:
         """Return the derivative z' (2 n,) [1/s]."""
@@ -149,9 +158,22 @@ class Flow:
         full = self._linear @ np.append(state, 1.0) + self._outputs @ np.maximum(state[:n], 0)
         return np.asarray(full[:-1])
 
+    def gates(self, terms: Array, active: Active) -> Array:
+        """Return the quantities (k, switches) whose signs switch, from ``terms`` (k, 2 n + 1) of a piece: the x."""
+        return terms[:, : self.network.size]
+
+    def values(self, z: Array) -> Array:
+        """Return the quantities (switches,) whose signs switch, at ``z`` (2 n + 1,)."""
+        return z[: self.network.size]
+
     def matrix(self, active: Active) -> Array:
         """Return A (2 n, 2 n) [1/s] of the piece in which just ``active`` neurons have x > 0."""
         return self._full_matrix(active)[:-1, :-1]
+
+    def linear_piece(self, active: Active) -> tuple[Array, Array]:
+        """Return A (m, m) and the constant b (m,) of z' = A z + b in the piece of just these ``active``."""
+        a = self._full_matrix(active)
+        return a[:-1, :-1], a[:-1, -1]
 
     def _full_matrix(self, active: Active) -> Array:
         a = self._linear.copy()
@@ -164,7 +186,7 @@ class Flow:
         Raises InputError if it grows without bound or takes more than `MOST_STEPS` steps, SolveError if switches
         accumulate at one moment (which was never observed).
         """
-        n = self.network.size
+        n, switches = self.network.size, self._switches
         z = np.append(state, 1.0)
         scale = max(float(np.abs(state).max()), float(np.abs(self.network.tonics).max()))
         bound = _UNBOUNDED * scale * self._largest
@@ -176,7 +198,7 @@ class Flow:
                 raise _too_long(duration)
             piece = self._series(active)
             terms = piece.terms(z)
-            length, who = _first_switch(terms[:, :n], active)
+            length, who = _first_switch(self.gates(terms, active), active)
             left = (duration - done) / piece.step
             if length >= left:
                 length, who = left, -1
@@ -188,12 +210,12 @@ class Flow:
                     f"the outputs grow without bound ({np.abs(z).max():.1e} at {begin + done:.3g} s): the "
                     "weights excite more than adaptation and inhibition hold back; make the negative weights smaller"
                 )
-            if who >= 0:
+            if 0 <= who < n:
                 z[who] = 0.0
-            if who >= 0 or ((z[:n] > 0) != active).any():  # the latter: a zero just on the end of a step
+            if who >= 0 or ((self.values(z) > 0) != active).any():  # the latter: a zero just on the end of a step
                 active = self._start(z, active)
             short = short + 1 if length < 1e-9 else 0
-            if short > 20 * n:
+            if short > 20 * switches:
                 raise SolveError(f"neurons switch without end at {begin + done:g} s; vary the start a little")
             done = duration if length == left else done + length * piece.step
 
@@ -222,16 +244,16 @@ class Flow:
         At x = 0 the first derivative that is not zero decides. Its value does not depend on the neuron's own output,
         but it may on the others' that are at 0 as well, so the set is found by repetition.
         """
-        n = self.network.size
-        x = z[:n]
+        count = np.arange(self._switches)
+        x = self.values(z)
         at_zero = x == 0
         active = x > 0 if before is None else np.where(at_zero, before, x > 0)
-        for _ in range(n + 1):
+        for _ in range(self._switches + 1):
             if not at_zero.any():
                 break
-            terms = self._series(active).terms(z)[:, :n]
+            terms = self.gates(self._series(active).terms(z), active)
             first = np.argmax(terms != 0, axis=0)
-            rising = np.where(at_zero, terms[first, np.arange(n)] > 0, x > 0)
+            rising = np.where(at_zero, terms[first, count] > 0, x > 0)
             if (rising == active).all():
                 break
             active = rising
@@ -326,8 +348,7 @@ def sampled(flow: Flow, state: Array, times: Array, progress: Callable[[float], 
     k = int(np.searchsorted(times, 0.0, side="right"))
     if k == len(times):
         return result
-    n = flow.network
-    if not times[-1] * max(1 / n.rise_time, 1 / n.adaptation_time) <= MOST_STEPS:  # steps are shorter than these
+    if not times[-1] * flow.fastest <= MOST_STEPS:  # steps are shorter than these
         raise _too_long(float(times[-1]))
     for stretch in flow.stretches(state, float(times[-1])):
         upto = int(np.searchsorted(times, stretch.end, side="right"))

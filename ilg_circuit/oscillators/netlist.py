@@ -24,7 +24,7 @@ from .outcome import Rhythm
 
 #: Newton's method must converge to rounding, so that the grid decides the error; a later line overrides an earlier one.
 TOLERANCES = ".options reltol=1e-9 abstol=1e-12 vntol=1e-12"
-_DECK_OPTIONS = ".options reltol=1e-6 trtol=1 abstol=1e-10 vntol=1e-9 chgtol=1e-14 method=trap numdgt=9"
+DECK_OPTIONS = ".options reltol=1e-6 trtol=1 abstol=1e-10 vntol=1e-9 chgtol=1e-14 method=trap numdgt=9"
 
 #: Steps of the coarsest grid in a time constant.
 _STEPS_PER_CONSTANT = 100
@@ -85,7 +85,7 @@ def deck(
         "* nodes: x (state), v (fatigue), y = max(0, x) of each neuron; out, the drive output",
         "* run with: ngspice -b FILE",
     ]
-    analysis = [_DECK_OPTIONS, f".tran {_number(step)} {_number(duration)} 0 {_number(longest)} uic"]
+    analysis = [DECK_OPTIONS, f".tran {_number(step)} {_number(duration)} 0 {_number(longest)} uic"]
     return "\n".join([title, *header, body.rstrip(), *analysis, f".print tran {shown} v(out)", ".end", ""])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,25 +43,39 @@ class Cycle:
 
     def amplitudes(self) -> Array:
         """Return half the peak-to-peak (units,) of the units' outputs y_extensor - y_flexor."""
-        low = np.full(len(self.network.units), np.inf)
-        high = -low
-        for stretch in self.stretches():
-            for k, polynomial in enumerate(stretch.outputs(self.network.readout)):
-                slope = np.append(polynomial[1:] * np.arange(1, ORDER + 1), 0.0)
-                at = np.array([0.0, stretch.length, *sign_changes(slope, stretch.length)])
-                values = np.vander(at, ORDER + 1, increasing=True) @ polynomial
-                low[k], high[k] = min(low[k], values.min()), max(high[k], values.max())
+        low, high = extremes(self.stretches(), lambda stretch: stretch.outputs(self.network.readout))
         return np.asarray((high - low) / 2)
 
     def fundamentals(self, readout: Array) -> ComplexArray:
         """Return (2/T) int f exp(-2 pi i t/T) dt of f = ``readout`` (rows, n) times y over one period: (rows,)."""
-        total = np.zeros(len(readout), dtype=complex)
-        for stretch in self.stretches():
-            s = stretch.length * (_GAUSS_NODES + 1) / 2
-            values = stretch.outputs(readout) @ np.vander(s, ORDER + 1, increasing=True).T
-            turned = np.exp(-2j * np.pi * (stretch.begin + s * stretch.step) / self.period)
-            total += values @ (_GAUSS_WEIGHTS * turned) * stretch.length * stretch.step / self.period
-        return total
+        return fundamentals(self.stretches(), lambda stretch: stretch.outputs(readout), self.period)
+
+
+def extremes(stretches: Iterable[Stretch], curves: Callable[[Stretch], Array]) -> tuple[Array, Array]:
+    """Return the smallest and the largest values (rows,) of ``curves``, polynomials (rows, ORDER + 1) of a stretch."""
+    found = []
+    for stretch in stretches:
+        for k, polynomial in enumerate(curves(stretch)):
+            slope = np.append(polynomial[1:] * np.arange(1, ORDER + 1), 0.0)
+            at = np.array([0.0, stretch.length, *sign_changes(slope, stretch.length)])
+            values = np.vander(at, ORDER + 1, increasing=True) @ polynomial
+            found.append((k, values.min(), values.max()))
+    rows = 1 + max(k for k, _, _ in found)
+    low, high = np.full(rows, np.inf), np.full(rows, -np.inf)
+    for k, least, most in found:
+        low[k], high[k] = min(low[k], least), max(high[k], most)
+    return low, high
+
+
+def fundamentals(stretches: Iterable[Stretch], curves: Callable[[Stretch], Array], period: float) -> ComplexArray:
+    """Return (2/T) int f exp(-2 pi i t/T) dt (rows,) of ``curves``, as for `extremes`, over one ``period`` T [s]."""
+    parts = []
+    for stretch in stretches:
+        s = stretch.length * (_GAUSS_NODES + 1) / 2
+        values = curves(stretch) @ np.vander(s, ORDER + 1, increasing=True).T
+        turned = np.exp(-2j * np.pi * (stretch.begin + s * stretch.step) / period)
+        parts.append(values @ (_GAUSS_WEIGHTS * turned) * stretch.length * stretch.step / period)
+    return np.asarray(sum(parts))
 
 
 @dataclass(frozen=True)
@@ -114,7 +129,7 @@ class Rhythm(Warned):
     def unit_lags(self) -> Array:
         """Degrees (units,) by which each unit's output lags the one before it, the first 0; NaN as `phase_lags`."""
         lags = self._lags(self.network.readout)
-        return np.concatenate([[0.0 * lags[0]], _wrapped(np.diff(lags))])
+        return np.concatenate([[0.0 * lags[0]], wrapped(np.diff(lags))])
 
     def _lags(self, readout: Array) -> Array:
         if self.cycle is None:
@@ -125,10 +140,10 @@ class Rhythm(Warned):
         if not heard.any():
             return np.full(len(readout), np.nan)
         first = c[np.flatnonzero(heard)[0]]
-        return np.where(heard, _wrapped(-np.degrees(np.angle(c / first))), np.nan)
+        return np.where(heard, wrapped(-np.degrees(np.angle(c / first))), np.nan)
 
 
-def _wrapped(degrees: Array) -> Array:
+def wrapped(degrees: Array) -> Array:
     """Return angles wrapped to -180 (not included, to a billionth) to 180."""
     turned = (degrees + 180) % 360 - 180
     return np.where(turned <= -180 + 1e-9, turned + 360, turned)

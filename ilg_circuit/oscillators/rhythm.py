@@ -25,6 +25,7 @@ from ..arrays import Array, ComplexArray, Mask
 from ..findings import Finding
 from .flow import ORDER, Flow, Stretch
 from .network import Network, checked_start
+from .orbits import CONVERGED, NEAR, closed_orbit, propagated
 from .outcome import MARGINAL, Cycle, Rhythm
 from .rest import RestState, growth, rest_of_piece, rest_states, strong_components
 from .symmetry import Quotient, quotient
@@ -44,9 +45,6 @@ _NEWTON_STEPS, _NEWTON_SHARE = 10_000, 1
 _CHUNK = 16
 #: Longest cycle looked for, in returns of one neuron.
 _MOST_RETURNS = 24
-#: A motion that returns this close to itself, relative to its size, is near a cycle; the second is the distance to it.
-_NEAR = 0.02
-_CONVERGED = 1e-12
 #: A motion as slow as this, relative to its size and in rise times, has stopped.
 _STOPPED = 1e-10
 
@@ -72,7 +70,7 @@ def _unfolded(small: Rhythm, network: Network, start: Array, classes: Quotient) 
     cycle, rest, cause, findings = small.cycle, None, small.cause, small.findings
     if cycle is not None:
         state = classes.unfolded(cycle.state)
-        multiplier = _multiplier(network, _monodromy(Flow(network), state, cycle.period)[0])
+        multiplier = _multiplier(network, propagated(Flow(network), state, cycle.period)[0])
         cycle = Cycle(network, state, cycle.period, multiplier)
         if not cycle.stable:
             findings += (Finding("cpg-unstable-cycle", values={"groups": groups, "multiplier": multiplier}),)
@@ -241,7 +239,7 @@ class _Follower:
         size = max(float(np.abs(s).max()) for _, _, s in returns[-_MOST_RETURNS:])
         _, end, state = returns[-1]
         for number, (_, before, earlier) in enumerate(returns[-2 : -2 - _MOST_RETURNS : -1], 1):
-            if np.abs(state - earlier).max() <= _NEAR * size:
+            if np.abs(state - earlier).max() <= NEAR * size:
                 cycle = self._closed(state, end - before, size, number)
                 if cycle is not None:
                     return cycle
@@ -249,35 +247,18 @@ class _Follower:
 
     def _closed(self, state: Array, period: float, size: float, returns: int) -> Cycle | None:
         """Return the cycle, flow(z, T) = z, by Newton's method from a motion that nearly returns; None without one."""
-        z, duration = state.copy(), period
-        m = len(z)
-        error = np.inf
-        for _ in range(12):
-            if not 0.8 * period < duration < 1.25 * period or np.abs(z - state).max() > 2 * _NEAR * size:
-                return None
-            monodromy, end, steps = _monodromy(self.flow, z, duration)
-            self.newton_steps += steps
-            before, error = error, float(np.abs(end - z).max())
-            if error <= _CONVERGED * size and error >= before / 2:
-                break
-            if error > 4 * before:
-                return None
-            matrix = np.zeros((m + 1, m + 1))
-            matrix[:m, :m] = monodromy - np.eye(m)
-            matrix[:m, m] = self.flow.rate(end) * duration
-            matrix[m, :m] = self.flow.rate(z) * duration  # the move is across the motion, not along it
-            move = np.linalg.lstsq(matrix, np.append(z - end, 0.0), rcond=1e-11)[0]
-            z, duration = z + move[:m], duration * (1 + move[m])
-        if error > 100 * _CONVERGED * size or np.abs(self.flow.rate(z)).max() * duration < 1e-9 * size:
+        orbit, steps = closed_orbit(self.flow, state, period, size, 2 * NEAR)
+        self.newton_steps += steps
+        if orbit is None:
             return None
-        cycle = Cycle(self.network, z, duration, _multiplier(self.network, monodromy))
+        cycle = Cycle(self.network, orbit.state, orbit.period, _multiplier(self.network, orbit.monodromy))
         return self._shortest(cycle, size, returns) if cycle.stable else None
 
     def _shortest(self, cycle: Cycle, size: float, returns: int) -> Cycle:
         """Return the cycle with its least period: Newton's method may have found a multiple."""
         for parts in range(returns, 1, -1):
-            monodromy, end, _ = _monodromy(self.flow, cycle.state, cycle.period / parts)
-            if np.abs(end - cycle.state).max() <= 1e3 * _CONVERGED * size:
+            monodromy, end, _ = propagated(self.flow, cycle.state, cycle.period / parts)
+            if np.abs(end - cycle.state).max() <= 1e3 * CONVERGED * size:
                 multiplier = _multiplier(self.network, monodromy)
                 return Cycle(self.network, cycle.state, cycle.period / parts, multiplier)
         return cycle
@@ -301,17 +282,6 @@ class _Follower:
             rest = "" if doubtful else "; no stable state of rest" + ("" if self.rests.complete else " was found")
             cause = Finding("cpg-irregular", values={"time": time, "rest": rest})
         return self._ended(outcome, cause, time, (high - low) / 2)
-
-
-def _monodromy(flow: Flow, state: Array, duration: float) -> tuple[Array, Array, int]:
-    """Return the derivative (2 n, 2 n) of the state after ``duration`` by ``state``, that state, the steps taken."""
-    total = np.eye(len(state))
-    end, steps = state, 0
-    for stretch in flow.stretches(state, duration):
-        total = stretch.propagator() @ total
-        end = stretch.states(stretch.length)[0]
-        steps += 1
-    return total, end, steps
 
 
 def _multiplier(network: Network, monodromy: Array) -> float:

@@ -355,7 +355,7 @@ def cpg(
         "adaptation": adaptation,
         "tonic": tonic,
     }
-    begun = _start(start) if isinstance(start, str) else start
+    begun = start_of(start)
     if sweep is not None:
         if engine != "ode":
             raise InputError(f"a sweep is solved by {argument('engine', 'ode')}; leave out {argument('engine')}")
@@ -374,7 +374,10 @@ def cpg(
     return run(network, times, begun, engine=engine, progress=progress)
 
 
-def _start(text: str) -> list[float]:
+def start_of(text: str | ArrayLike | None) -> ArrayLike | None:
+    """Return a start given as a text such as ``0.12,0,0,0``, or as it is. Raises InputError for another text."""
+    if not isinstance(text, str):
+        return text
     try:
         return [float(cell) for cell in text.split(",")]
     except ValueError:

@@ -104,21 +104,28 @@ def cpg_sweep(
 
     Raises InputError for a text that is not understood.
     """
-    name, _, rest = (part.strip() for part in text.partition("="))
+    name = text.partition("=")[0].strip()
     if name not in PARAMETERS:
         raise InputError(f"cannot sweep '{name}'; choose one of {', '.join(PARAMETERS)}, as in inhibition=1:5:41")
-    try:
-        first, last, count = (part.strip() for part in rest.split(":"))
-    except ValueError:
-        raise InputError(
-            f"{argument('sweep')} '{text}' is not understood; write it like inhibition=1:5:41, from, to and how many"
-        ) from None
-    low, high = (parse(end, PARAMETERS[name], f"{argument('sweep')} {name}") for end in (first, last))
-    if not count.isdecimal() or not 1 <= int(count) <= MOST_VALUES:
-        raise InputError(f"{argument('sweep')}: '{count}' is not a number of values; give 1 to {MOST_VALUES}")
+    numbers = swept_values(text, PARAMETERS[name])
     if name == "inhibition" and wiring.get("weights") is not None:
         raise InputError(
             f"inhibition belongs to a topology; with {argument('weights')} sweep adaptation, tonic or a time"
         )
-    key, values = name.replace("-", "_"), np.linspace(low, high, int(count))
-    return sweep(lambda value: wired(**{**wiring, key: value}), name, values, start, progress)
+    key = name.replace("-", "_")
+    return sweep(lambda value: wired(**{**wiring, key: value}), name, numbers, start, progress)
+
+
+def swept_values(text: str, unit: str, example: str = "inhibition=1:5:41") -> Array:
+    """Return the values (n,) of a text such as ``inhibition=1:5:41``. Raises InputError if it is not understood."""
+    name, _, rest = (part.strip() for part in text.partition("="))
+    try:
+        first, last, count = (part.strip() for part in rest.split(":"))
+    except ValueError:
+        raise InputError(
+            f"{argument('sweep')} '{text}' is not understood; write it like {example}, from, to and how many"
+        ) from None
+    low, high = (parse(end, unit, f"{argument('sweep')} {name}") for end in (first, last))
+    if not count.isdecimal() or not 1 <= int(count) <= MOST_VALUES:
+        raise InputError(f"{argument('sweep')}: '{count}' is not a number of values; give 1 to {MOST_VALUES}")
+    return np.linspace(low, high, int(count))

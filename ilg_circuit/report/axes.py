@@ -134,7 +134,8 @@ def _figure_class() -> Any:
         def draw(self, renderer: Any) -> None:
             axes = [axis for panel in self.axes for axis in (panel.xaxis, panel.yaxis)]
             powers = [axis for axis in axes if isinstance(axis.get_major_formatter(), LogFormatter)]
-            formulas = {label for axis in powers for label in axis.get_ticklabels(which="both")}
+            ticks = (tick for axis in powers for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()))
+            formulas = {label for tick in ticks for label in (tick.label1, tick.label2)}
             for words in set(self.findobj(Text)) - formulas:
                 assert isinstance(words, Text)
                 words.set_parse_math(False)
@@ -322,13 +323,20 @@ def save(figure: Figure, path: str | Path, provenance: Provenance | None = None)
     """
     target = Path(path)
     require_picture(target)
-    suffix = target.suffix[1:].lower()
+    picture = rendered(figure, target.suffix[1:].lower(), provenance)
+    with replacing(target) as temporary:
+        temporary.write_bytes(picture)
+
+
+def rendered(
+    figure: Figure, suffix: str = "png", provenance: Provenance | None = None, dpi: float | str = "figure"
+) -> bytes:
+    """Return the picture as the bytes of a file of that format."""
     picture = BytesIO()  # matplotlib leaves files open that it could not write
     with files():
         finish(figure, COLOURS)
-        figure.savefig(picture, format=suffix, metadata=_metadata(provenance or Provenance(), suffix))
-    with replacing(target) as temporary:
-        temporary.write_bytes(picture.getbuffer())
+        figure.savefig(picture, format=suffix, metadata=_metadata(provenance or Provenance(), suffix), dpi=dpi)
+    return picture.getvalue()
 
 
 def _metadata(provenance: Provenance, suffix: str) -> dict[str, str]:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..units import format_quantity
-from .axes import GREY, ORANGE, Axes, Figure, Panels, curve, heading, legend_above, new_figure
+from . import followed
+from .axes import COLOURS, GREY, ORANGE, Axes, Figure, Panels, legend_above
 from .response import over_time
 
 if TYPE_CHECKING:
@@ -40,6 +41,15 @@ def facts(closed: Closed) -> list[tuple[str, str]]:
         noise = f", noise {_length(sensor.noise)}" if sensor.noise else ""
         steps = f", in steps of {_length(sensor.quantum)}" if sensor.quantum else ""
         found.append(("sensor", f"{late}{noise}{steps}; {len(closed.waves.sampled)} calls of the controller"))
+    if (stage := closed.stage) and closed.ripple is not None:
+        cycle = f"{format_quantity(stage.supply, 'V', 4)} at {format_quantity(stage.frequency, 'Hz', 4)}"
+        ripple = f"ripple of the displacement up to {_length(closed.ripple)}"
+        found.append(("pwm", f"{cycle} in {stage.steps} steps, {ripple}"))
+    if closed.drift:
+        ends = ", ".join(f"{name} to {end:.4g}" for name, end in closed.drift.items())
+        found.append(("drift", f"{ends} of its start"))
+    for name, values in closed.waves.estimates.items():
+        found.append(("found", f"{name} {values[-1]:.4g} of its start, at the end"))
     if made := closed.circuit:
         off = made.deviations
         law = f"gain {made.gain / 1e3:.4g} V/mm ({off['gain']:+.2%}), reset time {made.reset_time:.4g} s "
@@ -62,43 +72,33 @@ def summary(closed: Closed) -> str:
 
 def figure(closed: Closed) -> Figure:
     """Return reference and displacement, the error, the voltage over time."""
-    figure, axes = new_figure(3, [1.8, 1.1, 1.3])
-    for panel, draw in zip(axes, (_displacement, _error, _voltage), strict=True):
-        draw(closed, panel)
-    axes[-1].set_xlabel("time [s]")
-    figure.align_ylabels(axes)
-    heading(figure, headline(closed))
-    return figure
+    return followed.figure(panels(closed), headline(closed))
 
 
 def panels(closed: Closed) -> Panels:
     """Return the panels: displacement, error, voltage, current."""
-    drawn = {"displacement": _displacement, "error": _error, "voltage": _voltage, "current": _current}
-    return {name: partial(over_time, partial(draw, closed)) for name, draw in drawn.items()}
+    held = {"drawstyle": "steps-post"} if closed.period else {}
+    drawn = followed.panels(closed, closed.reference, "reference", closed.limit, partial(_measured, closed), **held)
+    if not closed.waves.estimates:
+        return drawn
+    return {**drawn, "estimates": partial(over_time, partial(_estimates, closed))}
 
 
-def _displacement(closed: Closed, panel: Axes, **style: Any) -> None:
-    """Draw the displacement, the reference dashed, and what a noisy or late sensor measured as points."""
-    factor = curve(panel, closed.time, closed.displacement, "displacement", "m", **{"label": "displacement"} | style)
-    panel.plot(closed.time, factor * closed.reference, color=GREY, linestyle="--", linewidth=1.2, label="reference")
+def _estimates(closed: Closed, panel: Axes, **style: Any) -> None:
+    """Draw what the controller found, of what it was at the start, and the drift dashed."""
+    waves, shown = closed.waves, dict(zip(closed.waves.estimates, COLOURS, strict=False))
+    for name, colour in shown.items():
+        panel.plot(waves.sampled, waves.estimates[name], **{"color": colour, "label": name.replace("_", " ")} | style)
+    for name, end in closed.drift.items():
+        look: dict[str, Any] = {"color": shown.get(name, GREY), "linestyle": "--", "linewidth": 1.0}
+        panel.plot([0.0, closed.time[-1]], [1.0, end], label=f"{name.replace('_', ' ')}, true", **look)
+    panel.set_ylabel("of its start")
+    legend_above(panel)
+
+
+def _measured(closed: Closed, panel: Axes, factor: float) -> None:
+    """Draw what a noisy or late sensor measured as points."""
     waves = closed.waves
     if len(waves.sampled) and (closed.sensor.noise or closed.sensor.quantum or closed.sensor.delay):
         look: dict[str, Any] = {"color": ORANGE, "markersize": 2.0, "zorder": 1}
         panel.plot(waves.sampled, factor * waves.measured, ".", label="measured", **look)
-    legend_above(panel)
-
-
-def _error(closed: Closed, panel: Axes, **style: Any) -> None:
-    curve(panel, closed.time, closed.reference - closed.displacement, "error", "m", **style)
-    panel.axhline(0.0, color=GREY, linewidth=0.8)
-
-
-def _voltage(closed: Closed, panel: Axes, **style: Any) -> None:
-    held: dict[str, Any] = {"drawstyle": "steps-post"} if closed.period else {}
-    curve(panel, closed.time, closed.voltage, "voltage", "V", **{"color": ORANGE} | held | style)
-    for level in (-closed.limit, closed.limit):
-        panel.axhline(level, color=GREY, linestyle=":", linewidth=1.0)
-
-
-def _current(closed: Closed, panel: Axes, **style: Any) -> None:
-    curve(panel, closed.time, closed.current, "current", "A", **style)

@@ -11,6 +11,8 @@ from ..files import marked, replacing_folder, require_folder
 from ..findings import by_importance
 from ..identification.identification import Identification
 from ..identification.observation_fit import SIZE
+from .axes import rendered
+from .page import SHARPNESS, write_page
 from .parameter_table import estimate_text, write_table
 
 #: Files of a folder, written by `Result.save` according to their suffix; the table is last.
@@ -27,11 +29,17 @@ def save_folder(fit: Identification, path: str | Path, *, force: bool = False, k
     A folder that is there is replaced if a fit made it and nothing was added to it, or by ``force``. ``key`` tells
     what was fitted and how. Raises InputError for a folder that is not to be replaced.
     """
+    from .identification import page
+
     marker = {"made_by": fit.provenance.version, "inputs": list(fit.sources), "key": key}
+    strip, numbers, drawn, report, table = FILES
     with replacing_folder(Path(path), marker, force=force) as folder:
-        for name in FILES[:-1]:
-            fit.save(folder / name)
-        write_table(fit, folder / FILES[-1])
+        fit.save(folder / strip)
+        fit.save(folder / numbers)
+        picture = rendered(fit.figure(), provenance=fit.provenance, dpi=SHARPNESS)  # once for both
+        (folder / drawn).write_bytes(picture)
+        write_page(page(fit, picture), folder / report, fit.provenance)
+        write_table(fit, folder / table)
 
 
 def folder_beside(data: Sequence[Path]) -> tuple[Path, str]:

@@ -17,13 +17,12 @@ from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..fit.selection import Candidate
 from ..identification.current import CurrentData
-from ..identification.displacement_metrics import TAIL, DisplacementMetrics
 from ..identification.identification import Identification
 from ..identification.motion import DisplacementData
 from ..identification.observation_fit import SIZE, ObservationFit
-from ..simulation.step_metrics import SETTLING_BAND, StepMetrics
 from ..strip.file import dumps, save_actuator
 from ..units import format_quantity
+from .displacement_metrics import metrics_header, metrics_lines, metrics_notes, metrics_rows
 from .estimates import (
     HEADER,
     autocorrelation_picture,
@@ -39,20 +38,9 @@ from .estimates import (
 )
 from .identification_figure import figure, panels
 from .laws import law_lines, law_sections
-from .page import Grid, Listing, Page, Prose, Section, picture, repetition
+from .page import Grid, Listing, Page, Prose, Section, embedded, picture, repetition
 
 __all__ = ["facts", "figure", "headline", "page", "panels", "save_folder", "summary", "write_actuator"]
-
-#: Metrics of a displacement: name -> (unit, "" for a ratio; description)
-_METRICS = {
-    "final": ("m", "final value"),
-    "peak": ("m", "peak"),
-    "peak_time": ("s", "time of the peak"),
-    "overshoot": ("", "overshoot"),
-    "settling_time": ("s", f"settling time ({SETTLING_BAND:.0%})"),
-    "back_relaxation": ("m", "back-relaxation"),
-}
-_OF_A_PEAK = ("peak_time", "overshoot", "back_relaxation")
 
 
 def summary(result: Identification) -> str:
@@ -147,11 +135,12 @@ def save_folder(result: Identification, path: str | Path) -> None:
     save(result, path)
 
 
-def page(result: Identification) -> Page:
-    """Return the report as a page."""
+def page(result: Identification, drawn: bytes | None = None) -> Page:
+    """Return the report as a page; ``drawn`` is its picture as a .png file, if that was drawn already."""
+    about = "measurements, fit, prediction, residuals"
     told = [("model", result.model), ("measured", files(result)), ("largest rms of the residuals", _worst(result))]
     sections = [
-        Section("Data, fit and residuals", [picture(figure(result), "measurements, fit, prediction, residuals")]),
+        Section("Data, fit and residuals", [embedded(drawn, about) if drawn else picture(figure(result), about)]),
         *_check_sections(result),
         Section("Residuals of every file", [_comparison(result), *(Prose(n) for n in comparison_notes(result))]),
         *([Section("Candidates", [_candidates(result), Prose(f"{_basis(result)}.")])] if result.candidates else []),
@@ -313,53 +302,11 @@ def _windows(result: Identification) -> Grid:
     return Grid(header, [[window, *(cell for row in cells for cell in row)] for window, cells in _window_rows(result)])
 
 
-def metrics_rows(metrics: DisplacementMetrics) -> list[tuple[str, ...]]:
-    """Return name, measured and modelled value of each metric, and the measured one over the longer record, as text."""
-    columns = [metrics.measured, metrics.model, *([metrics.record] if metrics.record else [])]
-    return [(title, *(metric_text(name, column) for column in columns)) for name, (_, title) in _METRICS.items()]
-
-
-def _metrics_header(metrics: DisplacementMetrics) -> tuple[str, ...]:
-    longer = f"measured to {format_quantity(metrics.record_until, 's', 4)}"
-    return ("measured", "model", *([longer] if metrics.record else []))
-
-
-def metric_text(name: str, metrics: StepMetrics) -> str:
-    """Return one metric with its unit; "none seen" for a peak that does not exist."""
-    number, unit = float(getattr(metrics, name)), _METRICS[name][0]
-    if not np.isfinite(number) or (name in _OF_A_PEAK and not np.isfinite(metrics.peak_time)):
-        return "none seen"
-    return format_quantity(number, unit, 4) if unit else f"{number:.1%}"
-
-
-def metrics_lines(metrics: DisplacementMetrics) -> list[str]:
-    """Return the metrics as a table for a terminal."""
-
-    def row(name: str, measured: str, model: str, *record: str) -> str:
-        return f"{name:<28}{measured:>16}{model:>18}" + "".join(f"{text:>22}" for text in record)
-
-    rows = [row("figures of the displacement", *_metrics_header(metrics)), *(row(*r) for r in metrics_rows(metrics))]
-    where, *how = _metrics_notes(metrics)
-    return [*rows, f"({where};", *(f"{line};" for line in how[:-1]), f"{how[-1]})"]
-
-
-def _metrics_notes(metrics: DisplacementMetrics) -> tuple[str, ...]:
-    """Return notes on the metrics: the part of the record, the reference level, the smoothing of the data."""
-    until = format_quantity(metrics.until, "s", 4)
-    where = f"over the first {until} under constant voltage, positive towards the anode"
-    count = metrics.resting
-    known = f"by {count} reading{'' if count == 1 else 's'} before the onset" if count else "the first reading"
-    rest = f"measured: readings less the rest position of {format_quantity(metrics.rest, 'm', 5)} ({known})"
-    low, high = metrics.windows
-    smoothing = f"smoothed by parabolas over {low} to {high} samples" if high > 1 else "not smoothed"
-    return where, rest, f"{smoothing}; final value: mean of the last {TAIL:.0%}; model: d(s) alone"
-
-
 def _metrics_sections(result: Identification) -> list[Section]:
     if result.metrics is None:
         return []
-    grid = Grid(("figure", *_metrics_header(result.metrics)), metrics_rows(result.metrics))
-    note = Prose(" ".join(f"{line[0].upper()}{line[1:]}." for line in _metrics_notes(result.metrics)))
+    grid = Grid(("figure", *metrics_header(result.metrics)), metrics_rows(result.metrics))
+    note = Prose(" ".join(f"{line[0].upper()}{line[1:]}." for line in metrics_notes(result.metrics)))
     return [Section("Displacement: peak, settling, back-relaxation", [grid, note])]
 
 

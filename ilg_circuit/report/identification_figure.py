@@ -181,7 +181,7 @@ def _since_onset(result: Identification, panel: Axes) -> None:
 
 def _annotate(panel: Any, result: Identification) -> None:
     """Mark the measured peak of the displacement, and state it beside that of the model."""
-    from .identification import metric_text
+    from .displacement_metrics import metric_text
 
     metrics = result.metrics
     if metrics is None or result.coupling is None:

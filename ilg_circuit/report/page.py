@@ -23,7 +23,7 @@ from .tables import aligned
 #: Packages whose versions a page states.
 _PACKAGES = ("ilg-circuit", "PySpice", "numpy", "scipy", "lmfit")
 #: Resolution [dpi] of a picture: sharp on high-density screens and in print.
-_SHARPNESS = 170
+SHARPNESS = 170
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,12 @@ def render(page: Page, provenance: Provenance | None = None) -> str:
 
 def picture(figure: Figure, about: str) -> Picture:
     """Return a figure as a block of a page."""
-    return Picture(png(figure, _SHARPNESS), about)
+    return Picture(png(figure, SHARPNESS), about)
+
+
+def embedded(image: bytes, about: str) -> Picture:
+    """Return the bytes of a .png file as a block of a page."""
+    return Picture(base64.b64encode(image).decode("ascii"), about)
 
 
 def repetition(command: str, programs: Iterable[str] = ()) -> Section:

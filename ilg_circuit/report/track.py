@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..control.track import path_rate
 from ..units import format_quantity
-from .axes import GREY, ORANGE, Axes, Figure, Panels, curve, heading, legend_above, new_figure
+from . import followed
+from .axes import Axes, Figure, Panels
 from .page import Listing, Page, Section, picture
-from .response import over_time
 
 if TYPE_CHECKING:
     from ..control.track import Tracked
@@ -61,46 +61,20 @@ def summary(tracked: Tracked) -> str:
 
 def figure(tracked: Tracked) -> Figure:
     """Return path and displacement, the error, the voltage over time."""
-    figure, axes = new_figure(3, [1.8, 1.1, 1.3])
-    for panel, draw in zip(axes, (_displacement, _error, _voltage), strict=True):
-        draw(tracked, panel)
-    axes[-1].set_xlabel("time [s]")
-    figure.align_ylabels(axes)
-    heading(figure, headline(tracked))
-    return figure
+    return followed.figure(panels(tracked), headline(tracked))
 
 
 def panels(tracked: Tracked) -> Panels:
     """Return the panels: path and displacement, error, voltage, current."""
-    drawn = {"displacement": _displacement, "error": _error, "voltage": _voltage, "current": _current}
-    return {name: partial(over_time, partial(draw, tracked)) for name, draw in drawn.items()}
+    return followed.panels(tracked, tracked.path, "path", tracked.limits.voltage, partial(_band, tracked))
 
 
-def _displacement(tracked: Tracked, panel: Axes, **style: Any) -> None:
-    """Draw the displacement with its band, and the path dashed."""
-    time = tracked.time
-    factor = curve(panel, time, tracked.displacement, "displacement", "m", **{"label": "displacement"} | style)
-    panel.plot(time, factor * tracked.path, color=GREY, linestyle="--", linewidth=1.2, label="path")
+def _band(tracked: Tracked, panel: Axes, factor: float) -> None:
+    """Draw the band of the displacement."""
     if tracked.stderr is not None:
         reach = _NORMAL_95 * tracked.stderr
         low, high = (factor * (tracked.displacement + sign * reach) for sign in (-1, 1))
-        panel.fill_between(time, low, high, alpha=0.3, linewidth=0, label="95 % band of the fit")
-    legend_above(panel)
-
-
-def _error(tracked: Tracked, panel: Axes, **style: Any) -> None:
-    curve(panel, tracked.time, tracked.error, "error", "m", **style)
-    panel.axhline(0.0, color=GREY, linewidth=0.8)
-
-
-def _voltage(tracked: Tracked, panel: Axes, **style: Any) -> None:
-    curve(panel, tracked.time, tracked.voltage, "voltage", "V", **{"color": ORANGE} | style)
-    for level in (-tracked.limits.voltage, tracked.limits.voltage):
-        panel.axhline(level, color=GREY, linestyle=":", linewidth=1.0)
-
-
-def _current(tracked: Tracked, panel: Axes, **style: Any) -> None:
-    curve(panel, tracked.time, tracked.current, "current", "A", **style)
+        panel.fill_between(tracked.time, low, high, alpha=0.3, linewidth=0, label="95 % band of the fit")
 
 
 def page(tracked: Tracked) -> Page:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array, ComplexArray, plain
 from ..circuit.load import Load
@@ -61,6 +61,17 @@ class Bode(Result):
     engine: str
     stderr: dict[str, ComplexArray] = field(default_factory=dict)
 
+    def at(self, places: NDArray[np.intp]) -> Bode:
+        """Return the response at ``places`` of the frequencies, in their order."""
+        return replace(
+            self,
+            frequency=self.frequency[places],
+            displacement=self.displacement[places],
+            current=self.current[places],
+            force=self.force[places],
+            stderr={name: error[places] for name, error in self.stderr.items()},
+        )
+
     def response(self, name: str) -> ComplexArray:
         """Return the response (f,) of "displacement", "current" or "force"."""
         found: ComplexArray = getattr(self, name)
@@ -77,14 +88,7 @@ class Bode(Result):
     @property
     def bandwidth(self) -> float | None:
         """Frequency [Hz] from which on the displacement is below 0.707 of that at the lowest one; None if never."""
-        size = self.magnitude("displacement")
-        limit = _HALF_POWER * size[0]
-        above = np.flatnonzero(size >= limit)
-        if not len(above) or above[-1] == len(size) - 1:
-            return None
-        k = int(above[-1])
-        x, y = np.log(self.frequency[k : k + 2]), np.log(size[k : k + 2])
-        return float(np.exp(x[0] + (np.log(limit) - y[0]) / (y[1] - y[0]) * (x[1] - x[0])))
+        return half_power(self.frequency, self.magnitude("displacement"))
 
     @property
     def peak(self) -> tuple[float, float]:
@@ -123,6 +127,17 @@ class Bode(Result):
             "peak_m_per_V": self.peak[1],
             "warnings": self.warnings,
         }
+
+
+def half_power(frequency: Array, size: Array) -> float | None:
+    """Return the frequency [Hz] from which on a ``size`` (f,) is below 0.707 of the first; None if it never is."""
+    limit = _HALF_POWER * size[0]
+    above = np.flatnonzero(size >= limit)
+    if not len(above) or above[-1] == len(size) - 1:
+        return None
+    k = int(above[-1])
+    x, y = np.log(frequency[k : k + 2]), np.log(size[k : k + 2])
+    return float(np.exp(x[0] + (np.log(limit) - y[0]) / (y[1] - y[0]) * (x[1] - x[0])))
 
 
 def bode(

@@ -1,7 +1,9 @@
 """Computes the standard errors of a prediction: the fit's covariance carried through the circuit, to first order.
 
 Each fitted parameter is moved up and down by a small factor and all circuits are solved together. With the slopes S of
-the waveforms with respect to the parameters' logarithms and their covariance C, the variance is S C S^T.
+the waveforms with respect to the parameters' logarithms and their covariance C, the variance is S C S^T. What the model
+left of the fit's records, by the time since a jump of the drive and per volt, is added to it: misfit is no noise, and
+the next record shows it, too.
 """
 
 from __future__ import annotations
@@ -15,12 +17,13 @@ from ..arrays import Array
 from ..circuit.load import Load
 from ..circuit.strip import strip_netlist
 from ..circuit.wiring import Wiring
-from ..drive import Drive, by_current
+from ..drive import Drive, PiecewiseLinear, Sine, by_current
 from ..errors import InputError, argument
 from ..solve.transient import transient
 from ..strip.actuator import Actuator, quantities
 from ..strip.elements import lumped_port
 from ..strip.models import electrical_model
+from ..strip.uncertainty import Residuals
 from .response import line_of, transient_band
 from .waveforms import WAVEFORMS
 
@@ -47,9 +50,11 @@ def prediction_band(
     load: Load | None = None,
     engine: str = "ngspice",
     wires: Wiring | None = None,
+    misfit: bool = True,
 ) -> Band:
     """Return the band for `ilg_circuit.simulation.response.simulate` with the same arguments.
 
+    It holds the ``misfit`` of the fit's records, too, where the strip knows it, for a voltage and a free tip.
     Raises InputError where the actuator brings no covariance (it was not fitted), or one whose names it does not have.
     """
     uncertainty = actuator.uncertainty
@@ -72,7 +77,34 @@ def prediction_band(
     covariance = np.array(uncertainty.covariance)
     variance = np.einsum("pot,pq,qot->ot", slopes, covariance, slopes)
     errors = dict(zip(waveforms.names, np.sqrt(np.clip(variance, 0.0, None)), strict=True))
+    if (
+        misfit
+        and tip == "free"
+        and wires is None
+        and not by_current(drive)
+        and isinstance(drive, PiecewiseLinear | Sine)
+    ):
+        for left in uncertainty.residuals:
+            if left.quantity in errors:
+                errors[left.quantity] = np.hypot(errors[left.quantity], misfit_of(left, drive, waveforms.times))
     return Band(waveforms.times, {name: error for name, error in errors.items() if name in WAVEFORMS})
+
+
+def misfit_of(left: Residuals, drive: PiecewiseLinear | Sine, times: Array) -> Array:
+    """Return the standard deviation (n,) of the misfit under a ``drive``: of its last jump and its level before.
+
+    A drive without jumps begins anew at every time: it has the rms of all times, for its largest value.
+    """
+    if isinstance(drive, Sine):
+        return np.full(len(times), drive.largest() * left.rms)
+    at = drive.jumps(float(times[-1]))
+    before = np.append(drive.rest, drive.values[np.searchsorted(drive.times, at)])
+    at = np.append(0.0, at)
+    sizes = drive.value(at) - before
+    if not sizes.any():
+        return np.full(len(times), drive.largest() * left.rms)
+    last = np.searchsorted(at, times, side="right") - 1
+    return np.hypot(sizes[last] * left.at(times - at[last]), before[last] * left.at(times))
 
 
 def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, float]) -> Actuator:

@@ -24,6 +24,7 @@ from ..result import Column
 from ..solve.sampling import sampled_times
 from ..solve.transient import Progress, transient
 from ..strip.actuator import Actuator
+from ..strip.couplings import RelaxingCoupling
 from ..strip.ladder import LADDER_BAND
 from ..strip.models import LadderPath
 from ..strip.validity import run_warnings
@@ -310,8 +311,9 @@ def simulate(
 
 def _ladder_error_of_lumps(actuator: Actuator, drive: Drive, times: Array) -> float:
     """Return the error of a line's ladders: that of the lumped strip under each of the drives, 0 without ladders."""
-    lump = replace(actuator, electrodes=None)
-    if not isinstance(actuator.material.model.ions, LadderPath):
+    lump, coupling = replace(actuator, electrodes=None), actuator.coupling
+    bending = coupling.ladder() if isinstance(coupling, RelaxingCoupling) else None
+    if bending is None and not isinstance(actuator.material.model.ions, LadderPath):
         return 0.0
     runs = [simulate(lump, part, times, beam="static", engine="exact") for part in each(drive) if part.largest()]
     return max((run.error for run in runs), default=0.0)

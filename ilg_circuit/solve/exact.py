@@ -7,7 +7,6 @@ equation, whose exponential is exact. It checks ngspice and makes huge linear sw
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..drive import Drive, each
 from ..errors import SolveError
-from .modes import CANCELLING, SMALL, modes_of, phi, recursion
+from .modes import CANCELLING, decomposed, modes_of, phi_pair, recursion
 from .panels import FRACTIONS, Panels
 from .state_space import StateSpace
 
@@ -25,8 +24,10 @@ from .state_space import StateSpace
 _BLOCK = 2000
 #: Relative contribution to an output below which a mode is negligible.
 _FELT = 1e-13
+#: The same as `CANCELLING` for derivatives, and the relative change of poles for theirs.
+_SLOPES_CANCELLING, _TURN = 1e4, 1e-5
 #: Samples per edge of the drive above which a run is solved from edge to edge, not from sample to sample.
-_FEW_EDGES = 8
+_FEW_EDGES = 2
 #: Largest number of values in stored exponentials: an irregular grid needs one exponential per interval.
 _MOST_KEPT = 20_000_000
 
@@ -74,63 +75,111 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
     if not tell_apart:
         return exact_outputs(system, drive, times)[:, row]
     felt = (size > _FELT * total[:, None]).any(axis=0)
-    poles, amounts = poles[:, felt], amounts[:, felt]
-    direct = np.asarray(system.d[:, row, :1] * drive.value(times))
+    amounts = amounts[:, felt]
+    result = np.asarray(system.d[:, row, :1] * drive.value(times))
+    for part, waves in _waves(poles[:, felt], drive, times):
+        result[:, part] += np.real(np.einsum("tns,ns->nt", waves, amounts))
+    return result
+
+
+def modal_slopes(
+    system: StateSpace, output: str, drive: Drive, times: Array, step: float
+) -> tuple[Array, Array] | None:
+    """Return one output (times,) of a netlist and its derivatives (times, p) by p coordinates; None where modes cancel.
+
+    ``system`` are 2 p + 1 netlists: this one, those with each coordinate greater by ``step``, those with each smaller.
+    Only their matrices are compared. In the modes x_j of the first, x_j = b_j W_j with W_j' = p_j W_j + u, and
+    y = sum of c_j x_j + D u, a change of the matrices, M in modes, changes the output by
+
+        dD u + sum of W_j (c_j db_j + dc_j b_j) + sum of c_j M_jk b_k (W_j - W_k)/(p_j - p_k),  dW_j/dp_j for k = j
+    """
+    row = system.output_names.index(output)
+    found = decomposed(system.of(np.array([0])))
+    if found is None:
+        return None
+    poles, left, shapes, order = (part[0] for part in found)
+    count = len(system.a) // 2
+
+    def changes(part: Array) -> Array:
+        return np.asarray((part[1 : count + 1] - part[count + 1 :]) / (2 * step))
+
+    b, c, d = left @ system.b[0, order, 0], system.c[0, row, order] @ shapes, float(system.d[0, row, 0])
+    of_b, of_c, of_d = changes(system.b)[:, order, 0], changes(system.c)[:, row, order], changes(system.d)[:, row, 0]
+    mixed = c[:, None] * (left @ changes(system.a)[:, order][:, :, order] @ shapes) * b  # (p, s, s)
+    own = np.diagonal(mixed, axis1=1, axis2=2)
+    with np.errstate(all="ignore"):
+        apart = poles[:, None] - poles
+        np.fill_diagonal(apart, np.inf)
+        along = c * (of_b @ left.T) + (of_c @ shapes) * b + ((mixed + mixed.swapaxes(1, 2)) / apart).sum(axis=2)
+        amounts = np.concatenate([(c * b)[None], along]) / poles
+        turned = own / poles**2
+        total = max(abs(amounts[0].sum()), abs(d))
+        size = np.abs(amounts)
+        size[1:] += np.abs(turned)
+        tell_apart = (size.sum(axis=1) < _SLOPES_CANCELLING * total).all()
+    if not tell_apart:
+        return None
+    felt = (size > _FELT * total).any(axis=0)
+    poles, amounts, turned = poles[felt], (amounts * poles)[:, felt], (turned * poles)[:, felt] / (2 * _TURN)
+    result = np.asarray(np.append(d, of_d)[:, None] * drive.value(times))
+    for part, waves in _waves(np.stack([poles, poles * (1 + _TURN), poles * (1 - _TURN)]), drive, times):
+        result[:, part] += np.real(amounts @ waves[:, 0].T)
+        result[1:, part] += np.real(turned @ (waves[:, 1] - waves[:, 2]).T)
+    return result[0], result[1:].T
+
+
+def mode_waves(poles: NDArray[Any], drive: Drive, times: Array) -> NDArray[Any]:
+    """Return W' = pole W + u, from rest at 0, for each of ``poles`` [1/s] (k,); shape (k, times).
+
+    The drive is piecewise linear; ``times`` [s] ascend from 0 or later.
+    """
+    found = np.zeros((len(poles), len(times)), dtype=np.result_type(poles, float))
+    for part, waves in _waves(poles[None], drive, times):
+        found[:, part] = waves[:, 0].T
+    return found
+
+
+def _waves(poles: NDArray[Any], drive: Drive, times: Array) -> Iterator[tuple[slice, NDArray[Any]]]:
+    """Return modes W' = pole W + u from rest at parts of ``times`` [s], (times, *poles), one part after the other."""
     edges = interval_grid(drive, times[-1:])
-    if len(edges) * _FEW_EDGES <= len(times):
-        return _between_edges(poles, amounts, drive, edges, times, direct)
-    grid = interval_grid(drive, times)
+    few = len(edges) * _FEW_EDGES <= len(times)
+    grid = edges if few else interval_grid(drive, times)
     widths = np.diff(grid)
     start, slopes = drive_lines(drive, grid[:-1], widths)
-    moved = np.zeros((len(grid), len(poles)))
+    places = np.searchsorted(grid, times, side="right") - 1 if few else np.searchsorted(grid, times)
+    np.minimum(places, len(widths) - few, out=places)
     state = np.zeros_like(poles)
     for first in range(0, len(widths), _BLOCK):
         part = slice(first, first + _BLOCK)
         width = widths[part, None, None]
         z = poles * width
-        gained = width * (start[part, None, None] * phi(z, 1) + slopes[part, None, None] * width * phi(z, 2))
-        states = recursion(np.exp(z), gained, state)
+        once, twice = phi_pair(z)
+        gained = width * (start[part, None, None] * once + slopes[part, None, None] * width * twice)
+        states = np.concatenate([state[None], recursion(np.exp(z), gained, state)])
         state = states[-1]
-        moved[first + 1 : first + 1 + len(states)] = np.real((states * amounts).sum(axis=2))
-    return np.asarray(direct + moved[np.searchsorted(grid, times)].T)
+        # the last state of a block is the first of the next one, to which only what follows an edge belongs
+        last = first + len(states) - 1
+        begin, end = np.searchsorted(places, [first, last] if few else [first + bool(first), last + 1]).tolist()
+        if not few:
+            yield slice(begin, end), states[places[begin:end] - first]
+            continue
+        for at in range(begin, end, _BLOCK):
+            some = slice(at, min(at + _BLOCK, end))
+            k = places[some]
+            yield some, _after(poles, states[k - first], start[k], slopes[k], times[some] - grid[k])
 
 
-def _between_edges(
-    poles: NDArray[Any], amounts: NDArray[Any], drive: Drive, edges: Array, times: Array, direct: Array
-) -> Array:
-    """Return ``direct`` (n, times) and sums of modes, from one edge of the drive to the next.
+def _after(poles: NDArray[Any], states: NDArray[Any], starts: Array, slopes: Array, times: Array) -> NDArray[Any]:
+    """Return modes x' = pole x + u (m, *poles) at ``times`` (m,) after their ``states`` (m, *poles).
 
-    Between them modes are exponentials.
+    u begins at ``starts`` (m,) and rises by ``slopes`` (m,).
     """
-    result = direct
-    state = np.zeros_like(poles)
-    starts, slopes = drive_lines(drive, edges[:-1], np.diff(edges))
-    bounds = np.searchsorted(times, edges)
-    bounds[-1] = len(times)
-    for k, (start, slope) in enumerate(zip(starts.tolist(), slopes.tolist(), strict=True)):
-        slow = bool((np.abs(poles) * (edges[k + 1] - edges[k]) < SMALL).any())
-        after = partial(_after, poles, state, start, slope, slow)
-        for first in range(bounds[k], bounds[k + 1], _BLOCK):
-            part = slice(first, min(first + _BLOCK, bounds[k + 1]))
-            modes = after((times[part] - edges[k])[:, None, None])
-            result[:, part] += np.real(np.einsum("tns,ns->nt", modes, amounts))
-        state = after(np.array(edges[k + 1] - edges[k]))
-    return result
-
-
-def _after(
-    poles: NDArray[Any], state: NDArray[Any], start: float, slope: float, slow: bool, time: Array
-) -> NDArray[Any]:
-    """Return modes x' = pole x + u after ``time`` [s] from ``state``, u beginning at ``start`` and rising by ``slope``.
-
-    ``slow`` is True if a pole is so slow that its response to the slope must be computed by a series.
-    """
-    z = poles * time
-    grown = np.expm1(z)
-    modes = state + grown * (state + start / poles)
-    if slope:
-        modes += slope * time**2 * phi(z, 2) if slow else slope * (grown / poles - time) / poles
-    return modes
+    starts, slopes, times = (part[:, None, None] for part in (starts, slopes, times))
+    z = poles * times
+    if not slopes.any():
+        return states + np.expm1(z) * (states + starts / poles)
+    once, twice = phi_pair(z)
+    return states + times * (once * (poles * states + starts) + slopes * times * twice)
 
 
 def interval_grid(drive: Drive, times: Array) -> Array:

@@ -16,7 +16,7 @@ _CHUNK = 32
 #: Largest factor by which modes may cancel; the same factor of accuracy is lost.
 CANCELLING = 1e5
 #: Below this a Taylor series of five terms is exact to the last digits.
-SMALL = 1e-2
+_SMALL = 1e-2
 #: Most netlists that are solved as one circuit, and the largest ratio of their fastest modes: they share one grid.
 _LARGEST_BATCH, _SPREAD = 100, 3.0
 
@@ -49,6 +49,19 @@ def modes_of(system: StateSpace) -> Modes | None:
     The measure is the sum of the terms of each mode's shape times its left one, which is 1 but for signs; it does not
     depend on the units of the states.
     """
+    found = decomposed(system)
+    if found is None:
+        return None
+    poles, left, shapes, order = found
+    one = np.arange(len(order))[:, None]
+    return Modes(poles, left @ system.b[one, order], system.c.swapaxes(1, 2)[one, order].swapaxes(1, 2) @ shapes)
+
+
+def decomposed(system: StateSpace) -> tuple[Numbers, Numbers, Numbers, Numbers] | None:
+    """Return poles (n, s), left and right eigenvectors (n, s, s), of the states in an order (n, s); None as `modes_of`.
+
+    The first index of left eigenvectors, and the second of right ones, is that of the poles.
+    """
     # fast states first, so that slow poles keep their accuracy
     order = np.argsort(-np.abs(np.diagonal(system.a, axis1=1, axis2=2)), axis=1, kind="stable")
     one = np.arange(len(order))[:, None]
@@ -59,14 +72,12 @@ def modes_of(system: StateSpace) -> Modes | None:
         return None
     with np.errstate(all="ignore"):
         cancelling = np.einsum("nks,nsk->nk", np.abs(left), np.abs(shapes)).max(initial=1.0)
-    if not cancelling < CANCELLING:
-        return None
-    return Modes(poles, left @ system.b[one, order], system.c.swapaxes(1, 2)[one, order].swapaxes(1, 2) @ shapes)
+    return (poles, left, shapes, order) if cancelling < CANCELLING else None
 
 
 def phi(z: Numbers, order: int) -> Numbers:
     """Return (e^z - 1)/z, or (e^z - 1 - z)/z^2 for ``order`` 2, by its series where z is small."""
-    small = np.abs(z) < SMALL
+    small = np.abs(z) < _SMALL
     near, far = z[small], z[~small]
     first = np.expm1(far) / far
     result = np.empty_like(z)
@@ -76,6 +87,19 @@ def phi(z: Numbers, order: int) -> Numbers:
         result[small] = (1 + near / 3 * (1 + near / 4 * (1 + near / 5 * (1 + near / 6)))) / 2
         result[~small] = (first - 1) / far
     return result
+
+
+def phi_pair(z: Numbers) -> tuple[Numbers, Numbers]:
+    """Return `phi` of order 1 and of order 2, which share the exponential."""
+    small = np.abs(z) < _SMALL
+    few = bool(small.any())
+    far = np.where(small, 1.0, z) if few else z
+    first = np.expm1(far) / far
+    second = (first - 1) / far
+    if few:
+        near = z[small]
+        first[small], second[small] = phi(near, 1), phi(near, 2)
+    return first, second
 
 
 def recursion(kept: Numbers, gained: Numbers, before: Numbers) -> Numbers:

@@ -29,6 +29,7 @@ from .material import quantities as quantities
 from .models.branches import branch_endings
 from .models.registry import ADDITIONS, ion_path
 from .port import Port
+from .sensing import Sensing as Sensing
 from .uncertainty import Uncertainty as Uncertainty
 
 #: First root of cos(x) cosh(x) = -1, the cantilever's eigenvalue in EC (11).
@@ -46,7 +47,7 @@ class Actuator:
     covariance of the fit that the strip comes from, None for others. With ``electrodes`` the strip is a line of cells
     between two sheets; the electrode resistance of the material, EC (13), then does not count. ``layers`` from the
     anode's face to the other, if known, give Young's modulus and density of the material, and what other thicknesses
-    make of the strip.
+    make of the strip. ``sensing`` is a measured law of its signal as a sensor, None where reciprocity gives it.
     """
 
     geometry: Geometry
@@ -57,15 +58,11 @@ class Actuator:
     uncertainty: Uncertainty | None = None
     electrodes: Electrodes | None = None
     layers: tuple[Layer, ...] = ()
+    sensing: Sensing | None = None
 
     def __post_init__(self) -> None:
         if self.electrodes is not None:
             self.electrodes.require_fits(self.geometry)
-            if self.coupling is not None and not isinstance(self.coupling, Coupling):
-                raise InputError(
-                    "a strip with [electrodes] bends by d(s), not by a [coupling] of kind "
-                    f"'{self.coupling.kind}'; leave one of them out"
-                )
         if len(self.name) > LONGEST_NAME:
             raise InputError(f"name '{self.name[:40]}...' is longer than {LONGEST_NAME} characters; shorten it")
         object.__setattr__(self, "name", visible(self.name))

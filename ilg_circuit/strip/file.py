@@ -27,6 +27,7 @@ from .actuator import (
     IonBranch,
     Material,
     Mounting,
+    Sensing,
     Uncertainty,
     quantities,
 )
@@ -35,6 +36,7 @@ from .layers import LAYER_FIELDS, Layer, composite, layer_from, static_coupling
 from .models import electrical_model, material_keys
 from .plausible import warn_of_sizes
 from .specimen import ELECTRICAL, MECHANICAL, Specimen
+from .uncertainty import Residuals
 
 #: Format of the files that are written; older ones are read as well.
 FORMAT = 2
@@ -46,6 +48,7 @@ _SECTIONS: dict[str, type] = {
     "coupling": Coupling,
     "electrodes": Electrodes,
     "mounting": Mounting,
+    "sensing": Sensing,
 }
 
 
@@ -232,6 +235,12 @@ def dumps(actuator: Actuator, comment: str = "", provenance: Provenance | None =
         lines += ["covariance = [", *(f"    [{', '.join(map(repr, row))}]," for row in u.covariance), "]"]
         if u.voltage is not None:
             lines.append(f"voltage = {u.voltage!r} # the largest of the data, in volts")
+        for left in u.residuals:
+            lines += [
+                "",
+                "[[uncertainty.residuals]] # misfit by the time since the onset in s, per volt",
+                *_residual_lines(left),
+            ]
     if provenance is not None:
         lines += ["", *_table("provenance", provenance.to_dict())]
     return "\n".join(lines) + "\n"
@@ -269,8 +278,10 @@ def _table(name: str, table: Mapping[str, Any]) -> list[str]:
 
 def _uncertainty(table: Any) -> Uncertainty:
     keys = ("model", "names", "covariance")
-    if not isinstance(table, dict) or set(table) - {"voltage"} != set(keys):
-        raise InputError(f"section [uncertainty] must have exactly the keys {', '.join(keys)}, and may have voltage")
+    if not isinstance(table, dict) or set(table) - {"voltage", "residuals"} != set(keys):
+        raise InputError(
+            f"section [uncertainty] must have exactly the keys {', '.join(keys)}, and may have voltage and residuals"
+        )
     voltage = table.get("voltage")
     if voltage is not None and (isinstance(voltage, bool) or not isinstance(voltage, (int, float))):
         raise InputError(f"uncertainty.voltage is {voltage!r}; give a number of volts without a unit")
@@ -283,7 +294,30 @@ def _uncertainty(table: Any) -> Uncertainty:
     for x in (x for row in rows for x in row):
         if isinstance(x, bool) or not isinstance(x, (int, float)):
             raise InputError(f"uncertainty.covariance has {x!r} in it; give numbers without units")
-    return Uncertainty(table["model"], tuple(names), tuple(tuple(row) for row in rows), voltage)
+    left = tuple(_residuals(entry) for entry in table.get("residuals", []))
+    return Uncertainty(table["model"], tuple(names), tuple(tuple(row) for row in rows), voltage, left)
+
+
+def _residual_lines(left: Residuals) -> list[str]:
+    lists = {"times": left.times, "deviations": left.deviations}
+    written = [f"{key} = [{', '.join(map(repr, values))}]" for key, values in lists.items()]
+    return [f"quantity = {_toml_string(left.quantity)}", *written, f"correlation = {left.correlation!r}"]
+
+
+def _residuals(entry: Any) -> Residuals:
+    keys = {"quantity", "times", "deviations", "correlation"}
+    numbers: list[Any] = []
+    if (
+        isinstance(entry, dict)
+        and set(entry) == keys
+        and all(isinstance(entry[k], list) for k in ("times", "deviations"))
+    ):
+        numbers = [*entry["times"], *entry["deviations"], entry["correlation"]]
+    if not numbers or any(isinstance(x, bool) or not isinstance(x, (int, float)) for x in numbers):
+        raise InputError(
+            f"[[uncertainty.residuals]] must have exactly the keys {', '.join(sorted(keys))}, with numbers"
+        )
+    return Residuals(str(entry["quantity"]), tuple(entry["times"]), tuple(entry["deviations"]), entry["correlation"])
 
 
 def _entries(record: Any) -> list[str]:

@@ -26,7 +26,7 @@ from ilg_circuit.simulation.prediction_band import prediction_band, scaled
 from ilg_circuit.simulation.response import Response, simulate
 from ilg_circuit.strip.actuator import PAPER, Actuator, Uncertainty
 from ilg_circuit.strip.elements import lumped_elements
-from ilg_circuit.strip.file import save_actuator
+from ilg_circuit.strip.file import dumps, save_actuator
 from ilg_circuit.strip.ladder import LADDER_BAND
 from ilg_circuit.strip.models import electrical_model
 
@@ -340,3 +340,16 @@ def test_a_kit_replaces_a_kit_and_nothing_else(run: Run) -> None:
     assert_one_line(run("netlist", "paper", "--kit", "kit"), "board.kicad_pcb")
     assert run("netlist", "paper", "--kit", "kit", "--force").code == 0
     assert not Path("kit/board.kicad_pcb").exists()
+
+
+def test_what_a_kit_refuses_writes_no_deck_either(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "four.toml").write_text(
+        dumps(PAPER)
+        + '\n[electrodes]\nsheet_resistance_1 = "0.2 ohm"\nsheet_resistance_2 = "0.2 ohm"\nsegments_1 = 4\n'
+    )
+    for out in ("out.cir", "out.lib"):
+        refused = run("netlist", f"{tmp_path}/four.toml", "--out", f"{tmp_path}/{out}", "--kit", f"{tmp_path}/kit")
+        assert_one_line(refused, "[electrodes]")
+    refused = run("netlist", "paper", "--out", f"{tmp_path}/out.txt", "--kit", f"{tmp_path}/kit")
+    assert_one_line(refused, ".cir")
+    assert [path.name for path in tmp_path.iterdir()] == ["four.toml"]

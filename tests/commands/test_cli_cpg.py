@@ -184,3 +184,24 @@ def test_the_help_loads_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.splitlines()[-1] == "loaded: []"
     assert "--inhibition" in done.stdout
+
+
+def test_neurons_may_feel_a_strip(cpg: Run) -> None:
+    felt = ("--strip", "paper", "--reflex", "100", "--inhibition", "4.5")
+    done = cpg(*felt, "--duration", "3s", "--out", "felt.csv", "--netlist", "felt.cir", "--json")
+    assert done.code == 0
+    told = json.loads(done.out)
+    assert told["period_s"] == pytest.approx(1.1106949, abs=1e-6)
+    assert told["without_reflex"]["outcome"] == "rest"
+    assert Path("felt.csv").read_text().startswith("time_s,neuron_1,neuron_2,output,voltage_V,angle_rad,input\n")
+    assert "Bangle1 angle1 0" in Path("felt.cir").read_text()
+    told = json.loads(cpg(*felt[:2], *felt[4:], "--sweep", "reflex=1000:100:2", "--json").out)
+    assert told["rows"][1]["angle_rad"] == pytest.approx(0.00163614, abs=1e-7)
+    for line in (
+        ("--reflex", "1"),
+        ("--entrain", "0.1"),
+        ("--strip", "paper", "--entrain", "0.1", "--netlist", "a.cir"),
+    ):
+        refused = cpg(*line, "--duration", "3s")
+        assert refused.code == 2
+        assert len(refused.err.splitlines()) == 1

@@ -104,6 +104,17 @@ def test_at_the_limit_the_diodes_keep_the_output_and_the_integral() -> None:
     np.testing.assert_allclose(down.voltage, -found.voltage, atol=2e-3)
 
 
+def test_a_jump_that_meets_the_diodes_is_gone_through() -> None:
+    reference = parse_drive("square:-2mm..2mm,8s", 10.0, "m")
+    asked = law()
+    found = close_loop(PAPER, (asked, 4.0), reference, 10.0, form="op-amps", beam="static", samples=21)
+    times, values = np.array([0.0, 4.0, 4.0, 8.0, 8.0]), 1e-3 * np.array([2.0, 2.0, -2.0, -2.0, 2.0])
+    ideal = Loop(STATIC, asked, circuit_of(found).limit).run(times, values, 10.0, 200)
+    expected = np.interp(found.time, ideal.time, ideal.displacement)
+    assert np.abs(found.voltage).max() > 0.97 * circuit_of(found).limit
+    assert np.abs(found.displacement - expected).max() < 0.04 * np.abs(expected).max()  # diodes are soft
+
+
 @pytest.mark.parametrize(("gain", "reset", "sensor"), [(2e4, 10.0, 1e3), (1234.5, 17.3, 1e3), (7.7e4, 3.21, 2e3)])
 def test_the_parts_are_the_nearest_of_the_series(gain: float, reset: float, sensor: float) -> None:
     made = op_amp_controller(pi(STATIC, gain, reset), 4.0, 1e-3, OpAmps(sensor_gain=sensor))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import ilg_circuit as ilg
 from ilg_circuit.arrays import Array
 from ilg_circuit.identification.shape import bent_line, curved_line
+from ilg_circuit.strip.sensing import Sensing
 
 TIME = np.arange(-4.0, 56.0, 0.25)
 ON = TIME >= 0
@@ -104,6 +106,16 @@ def _strip(path: Path) -> None:
     path.write_text(f"{sizes}[material]\nyoungs_modulus = '7.6 kPa'\n")
 
 
+def _moved(path: Path) -> None:
+    """A moved tip, and what a law of sensing of its own makes of it."""
+    t = np.arange(0.0, 60.0, 0.2)
+    strip = replace(ilg.PAPER, sensing=Sensing(instantaneous=3.0, gain_1=-2.0, time_1=4.0))
+    motion = (t, 1e-3 * np.sin(0.6 * t) * (t < 40))
+    found = ilg.sense(strip, motion, times=t, engine="exact")
+    voltage = 1e3 * found.voltage + 0.01 * np.random.default_rng(12).normal(size=len(t))
+    _write(path, "time_s,displacement_mm,voltage_mV", np.column_stack([t, 1e3 * found.displacement, voltage]))
+
+
 MAKERS = {
     "step.csv": lambda path: _record(path, 4.0, 1, motion=True),
     "other.csv": lambda path: _record(path, 2.0, 2, motion=True),
@@ -126,6 +138,8 @@ MAKERS = {
     "designs.csv": lambda path: path.write_text("thickness_mm,free_length_mm\n0.4,30\n0.5,30\n0.6,25\n"),
     "marks.csv": lambda path: _marks(path, None, 300.0),
     "sine.csv": lambda path: _marks(path, 0.1, 10.0),
+    "moved.csv": _moved,
     "fitted.toml": _fitted,
     "strip.toml": _strip,
+    "bending.toml": lambda path: ilg.load("paper").with_(kind="charge", instantaneous="130 nm/V").save(path),
 }

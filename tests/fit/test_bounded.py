@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from ilg_circuit.fit.bounded import BoundedProfile, likeliest, matters, profile_bounded
 from ilg_circuit.fit.fitting import fit
@@ -53,8 +54,10 @@ def test_what_the_data_do_not_tell_stays_open() -> None:
     # so the error of log a at another place has that of shift/b in it
     below, above = (np.sqrt(np.array([1, shift / b]) @ covariance @ [1, shift / b]) for shift in (0.4, -0.4))
     assert abs(below / above - 1) > 0.1
-    assert low == pytest.approx([0.4 / b + 1.96 * below, 1.96 * errors[1]], rel=1e-4)
-    assert high == pytest.approx([0.4 / b + 1.96 * above, 1.96 * errors[1]], rel=1e-4)
+    # the range is many errors wide, and beside it an interval of 95 % is one-sided
+    beside = 1.96 * norm.ppf(0.95) / norm.ppf(0.975)
+    assert low == pytest.approx([0.4 / b + beside * below, 1.96 * errors[1]], rel=1e-4)
+    assert high == pytest.approx([0.4 / b + beside * above, 1.96 * errors[1]], rel=1e-4)
     assert matters(found, errors).tolist() == [True, False]
     assert (
         likeliest(
@@ -64,6 +67,17 @@ def test_what_the_data_do_not_tell_stays_open() -> None:
         )
         == 0.0
     )
+
+
+@pytest.mark.parametrize("width", [0.0, 0.02, 0.5, 1.0, 3.0, 30.0])
+def test_an_interval_over_a_range_holds_every_place_of_it_in_95_percent(width: float) -> None:
+    """Two places that are equally likely, ``width`` standard errors apart: the least coverage is at the ends."""
+    profile = BoundedProfile(np.array([0.0, 1.0]), np.zeros(2), np.array([[0.0], [width]]), np.ones((2, 1, 1)))
+    below, above = profile.reach(np.ones(1), np.array([norm.ppf(0.975)]))
+    low, high = width / 2 - below[0], width / 2 + above[0]
+    for truth in (0.0, width):
+        # the estimates of both ends move alike: the interval holds the truth unless they are too far from it
+        assert norm.cdf(truth - low) - norm.cdf(truth - high) == pytest.approx(0.95, abs=1e-6)
 
 
 @pytest.mark.parametrize("shift", [-0.4, 0.0, 0.25])

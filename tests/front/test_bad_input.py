@@ -80,6 +80,11 @@ WRONG: list[tuple[str, dict[str, Any], dict[str, list[Any]]]] = [
     ("subcircuit", {"strip": "paper"}, {"strip": [3], "name": [3], "beam": [3]}),
     ("cpg", {"duration": 1}, {"duration": [None, math.nan, -1, [1]], "topology": ["x"], "neurons": ["x", -1]}),
     ("cpg", {"duration": 1}, {"weights": ["none.csv", [[1, 2]]], "inhibition": ["x"], "rise_time": [[1], "1 V"]}),
+    (
+        "reflex",
+        {"duration": 1},
+        {"gain": ["x", [1]], "strip": ["none.toml", 3], "voltage": ["1 s"], "rest_angle": ["x"]},
+    ),
     ("cpg", {"duration": 1}, {"start": ["a", [1]], "engine": ["x"], "sweep": [3, "x", "inhibition=1:2:3"]}),
     ("arm", {"duration": "20 ms"}, {"duration": [None, math.nan, -1], "segments": ["x", 0], "strip": [3]}),
     ("arm", {"duration": "20 ms"}, {"formulation": ["x"], "coupling": ["x"], "rhythm": ["x"], "reach": [3, "a,b"]}),

@@ -12,16 +12,22 @@ from PySpice.Spice.Netlist import SubCircuit
 import ilg_circuit as ilg
 from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.circuit.text import SpiceText
+from ilg_circuit.control.adaptive import Adaptive
 from ilg_circuit.control.close import Closed
+from ilg_circuit.control.learn import Learned
 from ilg_circuit.control.track import Tracked
 from ilg_circuit.control.tune import Tuned
 from ilg_circuit.fit.result import FitResult
 from ilg_circuit.front.data import Measured
 from ilg_circuit.hyperelastic import Characterisation
 from ilg_circuit.identification.batch import Batch
+from ilg_circuit.identification.frequency_response import BodeOfRecords
 from ilg_circuit.identification.identification import Identification
+from ilg_circuit.identification.sensing import SensingFit
 from ilg_circuit.identification.shape import ShapeFit
 from ilg_circuit.identification.sheets import SheetsFit
+from ilg_circuit.oscillators.entrainment import Entrainment
+from ilg_circuit.oscillators.loop_run import ReflexRun, ReflexSweep
 from ilg_circuit.oscillators.run import RhythmRun, RhythmSweep
 from ilg_circuit.simulation.bode import Bode
 from ilg_circuit.simulation.impedance import Impedance
@@ -35,19 +41,24 @@ from ilg_circuit.study.design import DesignReport
 from ilg_circuit.study.sweep import SweepResult
 
 RETURNED = {
+    "adaptive": Adaptive,
     "app": None,
     "arm": ArmResult,
     "bode": Bode,
+    "bode_of": BodeOfRecords,
     "close_loop": Closed,
     "cpg": RhythmRun | RhythmSweep,
+    "reflex": ReflexRun | ReflexSweep | Entrainment,
     "design": DesignReport,
     "fit_curve": FitResult,
     "identify": Identification,
     "identify_each": Batch,
+    "identify_sensing": SensingFit,
     "identify_shape": ShapeFit,
     "identify_sheets": SheetsFit,
     "impedance": Impedance,
     "kit": Path,
+    "learn": Learned,
     "library": SpiceText,
     "load": Actuator,
     "netlist": SpiceText,

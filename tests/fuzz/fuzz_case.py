@@ -38,6 +38,8 @@ from ilg_circuit.study.plan import read_plan
 #: Processor time [s] that a case may take.
 LONGEST = 5.0
 _NOT_A_NUMBER = re.compile(r"(?<![\w$/.\\-])-?(nan|inf|infinity)(?![\w.])", re.IGNORECASE)
+#: A line of progress, which work that takes long shows.
+_PROGRESS = re.compile(r"\w+: .*(to go|and more to come)$")
 _DESIGNS = "thickness_mm,width_mm,voltage_V\n0.3,5,1\n0.5,,2\n0.8,6,3\n"
 _WEIGHTS = "0,2.5,0\n0,0,2.5\n2.5,0,0\n"
 _DRIVE = "time_s,voltage_V\n0,0\n1,0\n1,2\n5,-1\n9,3\n"
@@ -90,6 +92,7 @@ def write_inputs(folder: Path) -> None:
     texts["journal.mplstyle"] = "font.size: 8\nlines.linewidth: 1\n"
     texts["tip.csv"] = track_texts.TRACKS["CSV, pixels"][0]()
     texts["motion.csv"] = _DRIVE.replace("voltage_V", "displacement_mm")
+    texts["trial.csv"] = "time_s,voltage_V,displacement_mm\n0,0,0\n1,1,0.1\n2,0.5,0.15\n"
     texts["own.py"] = "def step(reference, measured):\n    return 1e3 * (reference - measured)\n"
     texts["tuned.json"] = _TUNED
     for name, text in texts.items():
@@ -197,7 +200,7 @@ def _stopped() -> Iterator[list[str]]:
 
 def _faults(code: int, out: str, err: str, folder: Path, before: dict[str, bytes]) -> str:
     """Return what is wrong with the outcome of a command, "" if nothing."""
-    lines = [line for line in err.splitlines() if not line.startswith("warning: ")]
+    lines = [line for line in err.splitlines() if not line.startswith("warning: ") and not _PROGRESS.match(line)]
     if code not in (0, 1, 2):
         return f"exit code {code}"
     if "Traceback" in err or len(lines) > 1 or any(not line.startswith("ilg-circuit: ") for line in lines):

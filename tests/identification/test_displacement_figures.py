@@ -23,7 +23,7 @@ from ilg_circuit.identification.motion import DisplacementData
 from ilg_circuit.identification.motion_laws import EC31
 from ilg_circuit.identification.rest import Rest
 from ilg_circuit.measurements.record import Channel
-from ilg_circuit.report.identification import metrics_lines
+from ilg_circuit.report.displacement_metrics import metrics_lines
 from ilg_circuit.solve.transient import DEFAULT_ACCURACY
 from ilg_circuit.strip.actuator import PAPER
 

@@ -12,7 +12,7 @@ from ilg_circuit.drive import Drive, PiecewiseLinear
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.displacement import fit_displacement
 from ilg_circuit.identification.displacement_metrics import DisplacementMetrics, constant_until, displacement_metrics
-from ilg_circuit.report.identification import metrics_rows
+from ilg_circuit.report.displacement_metrics import metrics_rows
 from ilg_circuit.strip.actuator import PAPER
 
 

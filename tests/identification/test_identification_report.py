@@ -14,7 +14,7 @@ from kinds import KINDS, data, identified
 from ilg_circuit.fit.criteria import autocorrelations, residual_windows
 from ilg_circuit.identification import identify
 from ilg_circuit.provenance import Provenance
-from ilg_circuit.report.identification import metrics_rows
+from ilg_circuit.report.displacement_metrics import metrics_rows
 from ilg_circuit.report.page import render, write_page
 
 CALL = "ilg-circuit identify data.csv --report r.html"

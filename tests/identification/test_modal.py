@@ -12,12 +12,19 @@ from numpy.typing import NDArray
 from ilg_circuit.circuit.strip import strip_netlist
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.identification.current import currents
-from ilg_circuit.identification.modal import modal_currents, modal_displacements
+from ilg_circuit.identification.modal import (
+    modal_current_slopes,
+    modal_currents,
+    modal_displacement_slopes,
+    modal_displacements,
+    perturbed,
+)
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.solve.transient import transient
 from ilg_circuit.strip.actuator import PAPER, Actuator, Coupling
 from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.models import electrical_model
+from ilg_circuit.strip.port import Port
 
 VALUES = {
     "rc": (233.0, 20.0, 0.2),
@@ -45,12 +52,55 @@ def test_modes_are_the_exact_engine_s(model: str, drive: str, resistance: float)
     assert found == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("samples", [41, 2300])
+@pytest.mark.parametrize("resistance", [0.0, 2.0])
+@pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize("model", VALUES)
+def test_slopes_of_a_current_are_its_differences(model: str, drive: str, resistance: float, samples: int) -> None:
+    kind, t = electrical_model(model), np.linspace(0.0, 60.0, samples)
+    ladders = kind.ladders(np.array(VALUES[model]), (1e-3, 10.0))
+
+    def ports(values: NDArray[np.float64]) -> list[Port]:
+        return [kind.port(v, resistance, ladders) for v in values.tolist()]
+
+    values = np.array(VALUES[model])
+    found = modal_current_slopes(ports(perturbed(values)), DRIVES[drive], t)
+    assert found is not None
+    assert found[0] == pytest.approx(modal_currents(ports(values[None]), DRIVES[drive], t)[0], rel=1e-12, abs=1e-14)
+    step = 1e-4 * np.eye(len(values))
+    above, below = (modal_currents(ports(values * np.exp(sign * step)), DRIVES[drive], t) for sign in (1.0, -1.0))
+    expected = (above - below).T / 2e-4
+    assert np.abs(found[1] - expected).max() < 1e-7 * np.abs(expected).max()
+
+
+def test_slopes_are_left_to_differences_where_modes_cancel() -> None:
+    values = np.array([400.0, 50.0, 0.02, 50.0, 0.02])  # two branches alike
+    ports = [electrical_model("rc2").port(v) for v in perturbed(values).tolist()]
+    assert modal_current_slopes(ports, DRIVES["step"], np.linspace(0.0, 60.0, 41)) is None
+
+
 def test_a_long_record_goes_in_blocks() -> None:
     t = np.linspace(0.0, 60.0, 5003)
     found = modal_currents([electrical_model("rc").port(VALUES["rc"], 2.0)], DRIVES["step"], t)[0]
     assert found == pytest.approx(
         2 * formulas.current_step(t, *formulas.current_constants(*VALUES["rc"], 2.0)), rel=1e-9
     )
+
+
+@pytest.mark.parametrize("samples", [600, 2100])
+def test_a_drive_of_many_knots_goes_in_blocks(samples: int) -> None:
+    random = np.random.default_rng(4)
+    drive = PiecewiseLinear(np.linspace(0.0, 60.0, 4100), np.append(0.0, random.standard_normal(4099)))
+    t, ports = np.linspace(0.0, 60.0, samples), [electrical_model("rc2").port(VALUES["rc2"], 2.0)]
+    exact = currents(ports, drive, t, "exact")
+    found = modal_currents(ports, drive, t)
+    assert found == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
+    values = np.array(VALUES["rc2"])
+    slopes = modal_current_slopes([electrical_model("rc2").port(v, 2.0) for v in perturbed(values).tolist()], drive, t)
+    assert slopes is not None
+    assert slopes[0] == pytest.approx(exact[0], abs=1e-9 * np.abs(exact).max())
+    finer = modal_currents(ports, drive, np.linspace(0.0, 60.0, 14 * (samples - 1) + 1))  # more samples than knots
+    assert finer[:, ::14] == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
 
 
 # -- the whole strip ---------------------------------------------------------------------------------------------------
@@ -105,3 +155,21 @@ def test_a_mode_that_hardly_moves_follows_a_ramp() -> None:
     rate = 1 / (20.0 * 1e7)
     by_hand = 0.1 * t / 1e3 + 0.1 * 1e7 * -np.expm1(-rate * t)
     assert current == pytest.approx(by_hand, rel=1e-12)
+
+
+@pytest.mark.parametrize("beam", ["static", "dynamic"])
+@pytest.mark.parametrize("damping_ratio", [0.3, 2.0])
+def test_slopes_of_a_displacement_are_its_differences(damping_ratio: float, beam: str) -> None:
+    assert PAPER.coupling is not None
+    values = np.array([PAPER.coupling.gain, PAPER.coupling.zero, damping_ratio, PAPER.coupling.natural_frequency])
+    drive, t = DRIVES["bends"], TIMES["uneven"]
+
+    def netlists(sets: NDArray[np.float64]) -> list[Any]:
+        return [strip_netlist(replace(PAPER, coupling=Coupling(*v)), beam=beam) for v in sets.tolist()]
+
+    found = modal_displacement_slopes(netlists(perturbed(values)), drive, t)
+    assert found is not None
+    step = 1e-4 * np.eye(4)
+    above, below = (modal_displacements(netlists(values * np.exp(sign * step)), drive, t) for sign in (1.0, -1.0))
+    expected = (above - below).T / 2e-4
+    assert np.abs(found[1] - expected).max() < 1e-7 * np.abs(expected).max()

@@ -28,6 +28,7 @@ import ilg_circuit
 from ilg_circuit.arms.motion import Motion
 from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.control.close import Closed
+from ilg_circuit.control.learn import Learned, learn
 from ilg_circuit.control.programme import Limits
 from ilg_circuit.control.track import Tracked, track
 from ilg_circuit.control.tune import Tuned, tune
@@ -39,6 +40,8 @@ from ilg_circuit.hyperelastic import characterise
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.batch import Batch, FileFit
+from ilg_circuit.identification.frequency_response import BodeOfRecords
+from ilg_circuit.identification.sensing import SensingFit
 from ilg_circuit.identification.shape import ShapeFit, bent_line, identify_shape
 from ilg_circuit.identification.sheets import SheetsFit, identify_sheets
 from ilg_circuit.measurements.film import Film, film_of
@@ -46,6 +49,8 @@ from ilg_circuit.measurements.marks import Marks
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.track import Track
+from ilg_circuit.oscillators.entrainment import Entrainment
+from ilg_circuit.oscillators.loop_run import ReflexRun, ReflexSweep
 from ilg_circuit.oscillators.run import RhythmRun, cpg
 from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
@@ -107,6 +112,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Response: lambda: simulate(PAPER, parse_drive("step:4V", 100.0), T, engine="exact"),
     EnergyAccount: lambda: example(Response).account,
     Bode: lambda: bode(PAPER, np.geomspace(1e-3, 10, 9)),
+    BodeOfRecords: lambda: ilg_circuit.bode_of({"time_s": T, "voltage_V": np.sin(T), "displacement_mm": np.cos(T)}),
     Impedance: lambda: impedance(PAPER, np.geomspace(1e-3, 10, 9), engine="exact"),
     Shape: lambda: example(Response).shape(points=5),
     Sensed: lambda: sense(PAPER, parse_drive("step:1mm", 100.0, "m"), T, engine="exact"),
@@ -118,16 +124,25 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     ),
     ShapeFit: _shape_fit,
     SheetsFit: _sheets_fit,
+    SensingFit: lambda: ilg_circuit.identify_sensing(
+        {"time_s": T, "displacement_mm": np.sin(T / 3), "current_uA": np.sin(T / 3) + 1e-3 * np.cos(T**2)}, PAPER
+    ),
     FitResult: _curve,
     Characterisation: lambda: characterise(readings(TWO, "uniaxial", noise=0.01), terms=1),
     RhythmRun: lambda: cpg("3s"),
     RhythmSweep: lambda: cpg_sweep("inhibition=1:3:5"),
+    ReflexRun: lambda: ilg_circuit.reflex("8 s", "paper", 10, inhibition=4.5, samples=81),
+    ReflexSweep: lambda: ilg_circuit.reflex(strip="paper", sweep="reflex=0:20:3", inhibition=4.5),
+    Entrainment: lambda: ilg_circuit.reflex(
+        strip="paper", gain=100, entrain=0.05, inhibition=4.5, frequencies=[0.7, 0.9, 1.5]
+    ),
     DesignReport: _design,
     Front: _front,
     Closed: lambda: ilg_circuit.close_loop(
         PAPER, example(Tuned), "step:3mm", "50 s", period="0.5 s", samples=26, engine="exact"
     ),
     Tracked: lambda: track(PAPER, parse_drive("step:3mm", 100.0, "m"), 100.0, Limits(4.0), nodes=21),
+    Learned: lambda: learn(PAPER, parse_drive("triangle:2mm,50s", 100.0, "m"), 100.0, nodes=41, trials=2),
     Tuned: lambda: tune(PAPER, 3e-3, gains={"gain": 2e4, "reset_time": 10.0}, beam="static"),
     SweepResult: lambda: sweep("paper", "step:4V", "300s", vary=["thickness=0.3mm:1mm:4"], engine="exact", jobs=1),
     ArmResult: lambda: ilg_circuit.arm("0.2s", formulation="chain", segments=3, samples=21),
@@ -137,7 +152,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Spectrum: lambda: Spectrum("z.csv", np.geomspace(1e-3, 10, 9), 20 + 5 / (1 + 1j * np.geomspace(1e-2, 100, 9))),
 }
 #: Those that make a strip.
-STRIPS = (Identification, DesignReport)
+STRIPS = (Identification, DesignReport, SensingFit)
 SUFFIXES = (".csv", ".json", ".png", ".pdf", ".svg", ".html", ".nc")
 
 each = pytest.mark.parametrize("kind", EXAMPLES, ids=lambda kind: kind.__name__)

@@ -270,7 +270,13 @@ class ElectricalModel:
         """Return the names of parameters that only a spectrum can show."""
         return tuple(a.parameter.name for a in self.additions if a.spectra_only)
 
-    @property
+    @cached_property
+    def _signed(self) -> tuple[bool, ...]:
+        return tuple(
+            any(a.of_either_sign and a.parameter.name == p.name for a in self.additions) for p in self.parameters
+        )
+
+    @cached_property
     def _split(self) -> int:
         return 1 + len(self.ions.parameters)
 
@@ -281,10 +287,9 @@ class ElectricalModel:
         """
         if len(values) != len(self.parameters):
             raise InputError(f"model {self.name} takes {len(self.parameters)} values, not {len(values)}")
-        signed = {a.parameter.name for a in self.additions if a.of_either_sign}
-        for parameter, given in zip(self.parameters, values, strict=True):
-            value = abs(given) if parameter.name in signed else given
-            if not (math.isfinite(value) and 0 < value < parameter.upper):
+        for parameter, given, signed in zip(self.parameters, values, self._signed, strict=True):
+            value = abs(given) if signed else given
+            if not 0 < value < parameter.upper:
                 limit = f" and less than {parameter.upper:g}" if math.isfinite(parameter.upper) else ""
                 raise InputError(f"{parameter.name} is {value:g} {parameter.unit}; it must be more than zero{limit}")
         port = self.ions.port(values[0], tuple(values[1 : self._split]), ladders or Ladders())

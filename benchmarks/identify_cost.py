@@ -1,0 +1,77 @@
+"""What does the command `identify` cost? Processor time and peak memory, its start and its whole folder included.
+
+python benchmarks/identify_cost.py
+"""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from cold_start import command
+from figure import Figure
+
+from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
+from ilg_circuit.simulation.response import simulate
+from ilg_circuit.strip.actuator import PAPER, IonBranch
+
+#: A second, slower branch: 24 s.
+TWO_BRANCHES = replace(PAPER, material=replace(PAPER.material, further_branches=(IonBranch(60.0, 0.4),)))
+DRIVES: dict[str, Drive] = {
+    "step": PiecewiseLinear.step(4.0),
+    "square": PiecewiseLinear.square(0.0, 4.0, 40.0, 300.0),
+    "sine": Sine(4.0, 0.02),
+}
+#: Rows of the step's records, the fewest first: a child's peak memory is known only if it is the greatest so far.
+ROWS = (1_600, 100_000, 1_000_000)
+#: Rows before the onset, as a part of the record, and noise relative to the largest value.
+REST, NOISE = 0.02, 0.01
+
+
+def write_record(path: Path, drive: Drive, rows: int) -> Path:
+    """Write a record of voltage, current and displacement under a drive, with rest and noise."""
+    random = np.random.default_rng(3)
+    before = int(REST * rows)
+    after = np.linspace(0.0, 300.0, rows - before)
+    made = simulate(TWO_BRANCHES, drive, after, beam="static", engine="exact")
+
+    def noisy(values: np.ndarray, size: float) -> np.ndarray:
+        return np.concatenate([np.zeros(before), values]) + size * random.standard_normal(rows)
+
+    time = after[1] * np.arange(rows)
+    current = noisy(made.current, NOISE * float(np.abs(made.current).max()))
+    moved = noisy(made.displacement, NOISE * float(np.abs(made.displacement).max()))
+    table = np.column_stack([time, noisy(made.voltage, 1e-3), 1e3 * current, 1e3 * moved])
+    np.savetxt(path, table, "%.9g", ",", header="time_s,voltage_V,current_mA,displacement_mm", comments="")
+    return path
+
+
+def cost(path: Path) -> tuple[float, float]:
+    """Return processor time [s] and, if it is the greatest so far, peak memory [MB] of `identify` of a file."""
+    begin = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([command(), "identify", path.name, "--force"], check=True, capture_output=True, cwd=path.parent)
+    end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime, end.ru_maxrss / 1e3
+
+
+def main() -> list[Figure]:
+    """Measure and print."""
+    figures = []
+    cases = [(name, ROWS[0]) for name in DRIVES] + [("step", rows) for rows in ROWS[1:]]
+    with tempfile.TemporaryDirectory() as folder:
+        for name, rows in cases:
+            path = write_record(Path(folder) / f"{name}_{rows}.csv", DRIVES[name], rows)
+            seconds, memory = cost(path)
+            what = f"`identify` of {rows:,} rows with displacement, {name}, model auto"
+            told = f"{seconds:.1f} s of processor time, {memory:.0f} MB"
+            print(f"{what}: {told}", flush=True)
+            figures.append(Figure(what, told))
+    return figures
+
+
+if __name__ == "__main__":
+    main()
