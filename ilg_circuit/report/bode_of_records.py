@@ -10,7 +10,7 @@ import numpy as np
 from ..identification.frequency_response import BodeOfRecords
 from ..simulation.bode import QUANTITIES
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, blank, heading, plain, scaled
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, blank, heading, logarithmic, plain, scaled
 from .look import narrow
 from .page import Page, Section, picture
 
@@ -114,13 +114,15 @@ def size(result: BodeOfRecords, panel: Axes, name: str, **style: Any) -> Axes:
         factor * np.array([below, reach]),
         **_POINTS | {"label": "measured, 95 % band"} | style,
     )
-    panel.set(xscale="log", yscale="log", xlabel="frequency [Hz]", ylabel=f"magnitude [{label}/{per}]")
+    panel.set(xlabel="frequency [Hz]", ylabel=f"magnitude [{label}/{per}]")
     lowest = float(np.nanmin(values))
     if result.curve is not None:
         shown = result.curve.magnitude(name)
         panel.plot(result.curve.frequency, factor * shown, label=f"model, {result.curve.actuator.name}", **_LINE)
         lowest = min(lowest, float(shown.min()))
-    panel.set_ylim(bottom=factor * lowest / 3)
+    panel.set_ylim(bottom=factor * lowest / 2)
+    logarithmic(panel, "x")
+    logarithmic(panel, "y")
     return panel
 
 
@@ -134,14 +136,16 @@ def phase(result: BodeOfRecords, panel: Axes, name: str, **style: Any) -> Axes:
         panel.plot(result.curve.frequency, shown, **_LINE)
     certain = reach < 180
     panel.errorbar(result.frequency[certain], values[certain], reach[certain], **_POINTS | style)
-    panel.set(xscale="log", xlabel="frequency [Hz]", ylabel="phase [deg]")
+    panel.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
+    logarithmic(panel, "x")
     return panel
 
 
 def coherence(result: BodeOfRecords, panel: Axes, name: str, **style: Any) -> Axes:
     """Draw the coherence."""
-    panel.semilogx(result.frequency, result.coherence[name], **{"marker": "o", "markersize": 3, "color": GREY} | style)
+    panel.plot(result.frequency, result.coherence[name], **{"marker": "o", "markersize": 3, "color": GREY} | style)
     panel.set(xlabel="frequency [Hz]", ylabel="coherence", ylim=(-0.05, 1.05))
+    logarithmic(panel, "x")
     return panel
 
 
