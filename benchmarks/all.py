@@ -30,6 +30,7 @@ PAGES = {
     "spectra": "SPECTRA.md",
     "arm": "ARM.md",
     "shape_coverage": "SHAPE.md",
+    "couplings": "COUPLINGS.md",
     "sweep": "SWEEP.md",
     "line": "LINE.md",
     "control": "CONTROL.md",

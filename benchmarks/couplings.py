@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from figure import Figure
 
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import IlgError
@@ -124,13 +125,20 @@ def page(scores: dict[str, Score], sets: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main() -> None:
+def main() -> list[Figure]:
+    """Measure and write the page; return how often each law was recognised, and the least coverage of its intervals."""
     sets = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     scores = {}
     for name in LAWS:
         scores[name] = scored(name, sets)
         print(name, sets, dict(scores[name].chosen), flush=True)
         OUT.write_text(page(scores, sets), encoding="utf-8")
+    figures = []
+    for name, score in scores.items():
+        least = min((score.held[p] / n for p, n in score.given.items()), default=0.0)
+        told = f"{score.chosen[name] / sets:.1%} of {sets}; least coverage of its intervals {least:.1%}"
+        figures.append(Figure(f"law of bending recognised: {name}", told))
+    return figures
 
 
 if __name__ == "__main__":

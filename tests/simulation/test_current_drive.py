@@ -18,6 +18,7 @@ from ilg_circuit.simulation.check import check
 from ilg_circuit.simulation.drives import CURRENT, parse_drive
 from ilg_circuit.simulation.response import Response, simulate
 from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.couplings import ChargeCoupling, VoltageRelaxations
 from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.material import IonBranch
 from ilg_circuit.strip.validity import largest_voltage
@@ -43,6 +44,22 @@ def test_step_of_current_reaches_the_voltage_of_the_formula() -> None:
     assert run.charge == pytest.approx(charge, rel=1e-9, abs=1e-15)
     assert run.charge[-1] / 3 == pytest.approx(0.55, abs=0.005)
     assert (run.current == 0.01).all()
+
+
+def test_motion_that_follows_the_charge_is_no_ramp_and_no_voltage() -> None:
+    """y = k g q/C of q = I C Rdc (1 - exp(-t/((Rdc + Rd) C))); a law of the voltage has its jump's answer instead."""
+    gain = 50e-9
+    by_charge = replace(PAPER, coupling=ChargeCoupling(instantaneous=gain))
+    by_voltage = replace(PAPER, coupling=VoltageRelaxations(instantaneous=gain))
+    stored = 0.01 * RDC * -np.expm1(-T / ((RDC + RD) * C))
+    for engine, bound in (("exact", 1e-9), ("ngspice", 1e-6)):
+        run = _run("current:10mA", by_charge, engine, beam="static")
+        formula = LUMPED.bending_ratio * gain * stored
+        assert np.abs(run.displacement - formula).max() <= bound * formula[-1]
+    other = _run("current:10mA", by_voltage, beam="static")
+    assert other.displacement == pytest.approx(LUMPED.bending_ratio * gain * other.voltage, rel=1e-9)
+    assert other.displacement[0] > 0
+    assert run.displacement[0] == 0
 
 
 @pytest.mark.parametrize("drive", ["current:10mA", "square:-10mA..10mA,70s", "current:sine:5mA,0.02Hz", "ramp:20uA/s"])
