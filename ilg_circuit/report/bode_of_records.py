@@ -143,7 +143,8 @@ def phase(result: BodeOfRecords, panel: Axes, name: str, **style: Any) -> Axes:
 
 def coherence(result: BodeOfRecords, panel: Axes, name: str, **style: Any) -> Axes:
     """Draw the coherence."""
-    panel.plot(result.frequency, result.coherence[name], **{"marker": "o", "markersize": 3, "color": GREY} | style)
+    look: dict[str, Any] = {"marker": "o", "markersize": 3, "color": GREY} | style
+    panel.plot(result.frequency, result.coherence[name], **look)
     panel.set(xlabel="frequency [Hz]", ylabel="coherence", ylim=(-0.05, 1.05))
     logarithmic(panel, "x")
     return panel
