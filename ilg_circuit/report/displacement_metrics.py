@@ -59,4 +59,4 @@ def metrics_notes(metrics: DisplacementMetrics) -> tuple[str, ...]:
     rest = f"measured: readings less the rest position of {format_quantity(metrics.rest, 'm', 5)} ({known})"
     low, high = metrics.windows
     smoothing = f"smoothed by parabolas over {low} to {high} samples" if high > 1 else "not smoothed"
-    return where, rest, f"{smoothing}; final value: mean of the last {TAIL:.0%}; model: d(s) alone"
+    return where, rest, f"{smoothing}; final value: mean of the last {TAIL:.0%}; model: without the drift"
