@@ -48,7 +48,7 @@ def test_the_path_of_a_known_drive_gives_it_back(beam: str) -> None:
 def objective(about: Answers) -> tuple[np.ndarray, np.ndarray]:
     """Hessian and linear term of the programme in the voltage alone, in parts of 4 V and 3 mm."""
     scale = np.abs(FAST).max()
-    matrix = about.displacement * 4.0 / scale
+    matrix = about.output * 4.0 / scale
     weight = trapezoid(161) / 161
     change = np.diff(np.eye(81), axis=0)
     return 2 * (matrix.T * weight) @ matrix + 2 * SMOOTHING * change.T @ change, -2 * (matrix.T * weight) @ (
@@ -87,7 +87,7 @@ def test_an_independent_solver_finds_the_same_error() -> None:
     other = solver.solve(raise_error=False).x * 4.0
 
     def rms(volts: np.ndarray) -> float:
-        return float(np.sqrt(np.average((about.displacement @ volts - FAST) ** 2, weights=trapezoid(161))))
+        return float(np.sqrt(np.average((about.output @ volts - FAST) ** 2, weights=trapezoid(161))))
 
     assert rms(found) == pytest.approx(rms(other), rel=1e-6)
     assert np.abs(np.diff(found)).max() <= 0.5 * (NODES[1] - NODES[0]) * (1 + 1e-8)
