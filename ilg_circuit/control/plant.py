@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, ComplexArray
 from ..circuit.load import Load
 from ..circuit.strip import strip_netlist
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..simulation.prediction_band import scaled
 from ..simulation.waveforms import WAVEFORMS
 from ..solve.balance import balanced
@@ -87,15 +88,15 @@ def plants_of(
 ) -> list[Plant]:
     """Return the linearised strip, then ``draws`` samples of its fit's covariance, all of one order.
 
-    The tip is that of `TIPS`. Raises InputError for a strip without a coupling, or draws from one without a covariance.
+    The tip is that of `TIPS`. A clamped strip has no inertia: its force is that of the static beam, without the voltage
+    that the force reflects, whose share is that of the energy converted, 1e-10 in the paper's strip. Raises InputError
+    for a strip without a coupling, or draws from one without a covariance.
     """
     if actuator.coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; its tip cannot be controlled")
+    how: dict[str, Any] = {"tip": TIPS[quantity], "beam": "static" if quantity == "force" else beam, "load": load}
     strips = [actuator, *sampled(actuator, draws, seed)]
-    nets = [
-        strip_netlist(strip, tip=TIPS[quantity], beam=beam, load=load, band=LADDER_BAND).linearised()
-        for strip in strips
-    ]
+    nets = [strip_netlist(strip, **how, band=LADDER_BAND).linearised() for strip in strips]
     system = state_space(nets)
     row = system.output_names.index(quantity)
     order = 0
@@ -105,6 +106,13 @@ def plants_of(
         order = len(plant.b)
         found.append(plant)
     return found
+
+
+def unit_of(quantity: str) -> str:
+    """Return the unit of a quantity that a voltage controls. Raises InputError for another one."""
+    if quantity not in TIPS:
+        raise InputError(f"{argument('quantity')} is '{quantity}'; choose {' or '.join(TIPS)}")
+    return WAVEFORMS[quantity].unit
 
 
 def sampled(actuator: Actuator, draws: int, seed: int) -> list[Actuator]:

@@ -23,14 +23,14 @@ from ..simulation.waveforms import WAVEFORMS
 from ..solve.state_space import state_space
 from ..strip.actuator import Actuator
 from .bound import fastest_settling
-from .plant import TIPS, Plant, plants_of
+from .plant import TIPS, Plant, plants_of, unit_of
 from .programme import Answers, Limits, answers, nearest_voltage
 
 #: Nodes of the voltage, the most of them, and the largest error of a path that counts as followed, in parts of it.
 NODES, MOST_NODES, FOLLOWED = 301, 2001, 0.01
 #: How near a limit counts as at it, and steps of Gauss and Newton with the voltage's change that ends them [V/V].
 _AT, _STEPS, _SAME = 1e-5, 12, 1e-5
-#: Times of the impulse response, in time constants of the slowest pole, for the largest rate.
+#: Times of the impulse response for the largest rate, in time constants from the slowest pole to the fastest.
 _LONG, _FINE = 8.0, 4000
 
 
@@ -222,8 +222,7 @@ def track(
     keeps the limits.
     """
     require_path(limits, nodes, duration)
-    if quantity not in TIPS:
-        raise InputError(f"{argument('quantity')} is '{quantity}'; choose {' or '.join(TIPS)}")
+    unit_of(quantity)
     if load and quantity == "force":
         raise InputError(f"the force is that of a clamped tip, which moves no load; leave {argument('load')} out")
     plant = plants_of(actuator, beam=beam, load=load, quantity=quantity)[0]
@@ -321,11 +320,13 @@ def _at_limit(values: Array, response: Response, at: Array, limits: Limits) -> f
 
 def _largest_rate(plant: Plant, volt: float) -> float:
     """Return the largest rate of the output that a step of ``volt`` [V] gives: its answer to an impulse."""
-    width = _LONG / float(np.abs(plant.poles.real).min()) / _FINE
-    moved, state, most = expm(plant.a * width), plant.b, 0.0
-    for _ in range(_FINE):
-        most = max(most, abs(float(plant.c @ state)))
-        state = moved @ state
+    rates = np.abs(plant.poles.real)
+    most, scales = 0.0, 1 + int(np.ceil(np.log10(rates.max() / rates.min())))
+    for rate in np.geomspace(rates.min(), rates.max(), scales):
+        moved, state = expm(plant.a * (_LONG / rate / _FINE)), plant.b
+        for _ in range(_FINE):
+            most = max(most, abs(float(plant.c @ state)))
+            state = moved @ state
     return most * volt
 
 

@@ -12,6 +12,7 @@ from ..control.close import close_loop as close_room
 from ..control.export import c_text
 from ..control.export import to_control as control_of
 from ..control.op_amps import OpAmps
+from ..control.plant import unit_of
 from ..control.programme import Limits
 from ..control.sampled import Late, Sensor
 from ..control.track import NODES, Tracked
@@ -100,7 +101,7 @@ def track(
     require_control()
     actuator = strip_of(strip)
     seconds = optional(duration, "s", "duration")
-    source = drive_of(path, seconds or 0.0, "N" if quantity == "force" else "m")
+    source = drive_of(path, seconds or 0.0, unit_of(quantity))
     limits = _limits(voltage, slew, current, energy)
     chosen = engine or ("exact" if actuator.material.model.linear else engine_of(None, actuator))
     how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen}
