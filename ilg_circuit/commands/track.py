@@ -27,7 +27,7 @@ from .tune import limit_option
 @group(
     "Path",
     click.option(
-        "--path", required=True, metavar="MOTION", help="Position of the tip over time; its forms are listed below."
+        "--path", required=True, metavar="MOTION", help="Position of the tip, or its force, over time; forms below."
     ),
     click.option(
         "--quantity",
