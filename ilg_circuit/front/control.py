@@ -96,7 +96,7 @@ def track(
     (True, '3.46 V, at a limit 0% of the time')
     >>> pressed = ilg.track("paper", "sine:100nN,5mHz", "400 s", quantity="force", nodes=101, beam="static")
     >>> pressed.followed, f"{1e9 * max(pressed.force):.0f} nN, {max(pressed.voltage):.2f} V"
-    (True, '100 nN, 2.61 V')
+    (True, '100 nN, 2.62 V')
     """
     require_control()
     actuator = strip_of(strip)
