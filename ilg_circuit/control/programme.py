@@ -97,14 +97,19 @@ def nearest_voltage(answer: Answers, path: Array, nodes: Array, limits: Limits, 
 
     n, width = len(nodes), float(nodes[1] - nodes[0])
     volt = limits.voltage
-    scale = max(float(np.abs(path - answer.offset).max()), 1e-3 * float(np.abs(answer.output).max()) * volt)
+    # of a path beyond all that the limit could reach, that much is the goal; what is further only weighs
+    wanted, reach = path - answer.offset, float(np.abs(answer.output).sum(axis=1).max()) * volt
+    near = np.clip(wanted, -reach, reach)
+    scale = max(float(np.abs(near).max()), 1e-3 * float(np.abs(answer.output).max()) * volt)
+    beyond = (wanted - near) / scale
+    far = max(1.0, float(np.abs(beyond).max()))
     one = sparse.identity(n, format="csc")
     change = sparse.diags([-np.ones(n - 1), np.ones(n - 1)], [0, 1], shape=(n - 1, n), format="csc")
-    # unknowns: the voltage in parts of its limit, and the error in parts of the path's largest value
+    # unknowns: the voltage in parts of its limit, and the error in parts of the goal's largest value
     m = len(path)
     weight = trapezoid(m) / m
     rows = [sparse.hstack([sparse.csc_matrix(answer.output * (volt / scale)), -sparse.identity(m)])]
-    right = [(path - answer.offset) / scale]
+    right = [near / scale]
     cones = [clarabel.ZeroConeT(m)]
 
     def at_most(matrix: sparse.spmatrix, low: Array, high: Array) -> None:
@@ -135,10 +140,10 @@ def nearest_voltage(answer: Answers, path: Array, nodes: Array, limits: Limits, 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
-    quadratic = sparse.block_diag([2 * smoothing * change.T @ change, 2 * sparse.diags(weight)], format="csc")
+    quadratic = sparse.block_diag([2 * smoothing * change.T @ change, 2 / far * sparse.diags(weight)], format="csc")
     solver = clarabel.DefaultSolver(
         sparse.triu(quadratic, format="csc"),
-        np.zeros(n + m),
+        np.append(np.zeros(n), -2 / far * weight * beyond),
         sparse.vstack(rows, format="csc"),
         np.concatenate(right),
         cones,

@@ -57,6 +57,9 @@ def test_a_force_out_of_reach_is_a_result_in_newtons() -> None:
     assert tracked.rate == pytest.approx(np.diff(step.force).max() / 0.01, rel=1e-3)
     assert tracked.at_limit > 0.5
     assert tracked.bound is None
+    far = ilg.track(PAPER, "step:1N", "100 s", quantity="force", nodes=41, beam="static")
+    np.testing.assert_allclose(far.voltage, 4.0, rtol=1e-6)
+    assert far.at_limit == 1.0
     found = tracked.to_dict()
     assert (found["quantity"], found["unit"]) == ("force", "N")
     assert list(found["waveforms"]) == ["time_s", "path_N", "force_N", "voltage_V", "current_A"]
