@@ -23,3 +23,10 @@ axes = fast.plot()
 slow.write_drive("drive.csv")
 again = ilg.simulate("paper", "file:drive.csv", "400 s", engine="exact")
 print(f"the tip goes to {1e3 * again.displacement.max():.2f} mm")
+
+# %%
+# The blocked force of a clamped tip follows a path, too.
+
+pressed = ilg.track("paper", "sine:100nN,5mHz", "400 s", quantity="force", nodes=201)
+again = ilg.simulate("paper", pressed.drive, "400 s", tip="clamped", engine="exact")
+print(f"the force goes to {1e9 * again.force.max():.1f} nN at {pressed.voltage.max():.2f} V")

@@ -117,7 +117,8 @@ def by_importance(findings: Iterable[Finding]) -> list[Finding]:
 
 
 class _Formatter(Formatter):
-    """Formats as `str.format`; ``{x:@V3}`` is a quantity in volt with three digits, ``{n:#point}`` a count of points.
+    """Formats as `str.format`; ``{x:@V3}`` is a quantity in volt with three digits, ``{x:@{unit}3}`` one whose unit
+    is a value, ``{n:#point}`` a count of points.
 
     ``{--model}`` and ``{--model:rc2}`` are an argument as users write it, ``{name:--}`` one that a value names. Lists
     are written with commas.

@@ -19,6 +19,7 @@ from .tune import limit_option
     examples=(
         "track paper --path sine:3mm,5mHz --duration 400s --out drive.csv --plot track.png",
         "track fitted.toml --path file:path.csv --voltage 3V --slew 1V/s --band --json track.json",
+        "track paper --quantity force --path sine:100nN,5mHz --duration 400s --out drive.csv --plot force.png",
     ),
     tables={"Forms of MOTION": MOTIONS},
 )
@@ -26,7 +27,13 @@ from .tune import limit_option
 @group(
     "Path",
     click.option(
-        "--path", required=True, metavar="MOTION", help="Position of the tip over time; its forms are listed below."
+        "--path", required=True, metavar="MOTION", help="Position of the tip, or its force, over time; forms below."
+    ),
+    click.option(
+        "--quantity",
+        type=click.Choice(["displacement", "force"]),
+        default="displacement",
+        help="force: the blocked force of the clamped tip follows the path, with newtons in its forms: step:100nN.",
     ),
     click.option("--duration", metavar="TIME", help="How long, such as 300s.  [default: to the end of the file]"),
     click.option("--nodes", type=int, default=301, metavar="N", help="Points between which the voltage is straight."),
@@ -46,8 +53,8 @@ from .tune import limit_option
 def track(actuator: str, **options: Any) -> None:
     """Find the voltage that makes a strip's tip follow a path.
 
-    The displacement comes as near to the path as the limits allow, in the mean square. A path that the strip cannot
-    follow is a result, too: the warnings say by how much, and what holds it back.
+    The displacement, or the blocked force, comes as near to the path as the limits allow, in the mean square. A path
+    that the strip cannot follow is a result, too: the warnings say by how much, and what holds it back.
     """
     from ..front.control import track as run
 

@@ -1,4 +1,4 @@
-"""The shortest time in which any voltage within its limit brings the tip to rest in a band: a linear programme."""
+"""The shortest time in which any voltage within its limit brings tip or force to rest in a band: a linear programme."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from scipy.optimize import brentq, linprog
 
 from ..arrays import Array
 from ..errors import InputError
+from ..units import format_quantity
 from .loop import BAND
 from .plant import Plant
 
@@ -18,15 +19,15 @@ _FOUND, _LONGEST = 2e-5, 100.0
 
 
 def fastest_settling(plant: Plant, step: float, limit: float, band: float = BAND) -> float:
-    """Return the shortest time [s] after which +-``limit`` [V] can hold the tip within ``band`` of ``step`` [m].
+    """Return the shortest time [s] after which +-``limit`` [V] can hold the plant's output within ``band`` of ``step``.
 
     The voltage is piecewise constant, so that a better one could be faster by at most a piece. Raises InputError where
     the step is beyond what the limit holds.
     """
-    most = abs(plant.gain) * limit
+    most, said = abs(plant.gain) * limit, format_quantity(step, plant.unit, 6)
     if abs(step) * (1 - band) > most:
         raise InputError(
-            f"a step of {1e3 * step:g} mm is out of reach: {limit:g} V holds at most {1e3 * most:.4g} mm; "
+            f"a step of {said} is out of reach: {limit:g} V holds at most {format_quantity(most, plant.unit, 4)}; "
             "allow more voltage or ask for less"
         )
     slow = 1 / float(np.abs(plant.poles.real).min())
@@ -34,7 +35,7 @@ def fastest_settling(plant: Plant, step: float, limit: float, band: float = BAND
     while _least_error(plant, abs(step), limit, high) > band:
         low, high = high, 2 * high
         if high > _LONGEST * slow:
-            raise InputError(f"a step of {1e3 * step:g} mm cannot be held within {100 * band:g} % at {limit:g} V")
+            raise InputError(f"a step of {said} cannot be held within {100 * band:g} % at {limit:g} V")
     low = max(low, high / 8)
     while _least_error(plant, abs(step), limit, low) <= band:
         low, high = low / 8, low
@@ -54,7 +55,7 @@ def _least_error(plant: Plant, step: float, limit: float, time: float) -> float:
 
 
 def held_answer(plant: Plant, width: float, pieces: int, looks: int = 1) -> Array:
-    """Return the displacement [m/V] (pieces looks, pieces) at the ends of parts of pieces of a voltage that is held."""
+    """Return the output per volt (pieces looks, pieces) at the ends of parts of pieces of a voltage that is held."""
     n = len(plant.b)
     whole = np.zeros((n + 1, n + 1))
     whole[:n, :n], whole[:n, n] = plant.a, plant.b

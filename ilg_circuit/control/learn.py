@@ -234,7 +234,7 @@ def learn(
     band = transient_band(fine)
 
     def answer_of(strip: Actuator) -> Array:
-        return answers(state_space([strip_netlist(strip, beam=beam, load=load, band=band)]), at).displacement
+        return answers(state_space([strip_netlist(strip, beam=beam, load=load, band=band)]), at).output
 
     rule = learning_rule(answer_of(actuator), at, bandwidth, gain)
     first = rule.next(np.zeros(nodes), wanted / gain, limit)
@@ -302,7 +302,11 @@ def _findings(learned: Learned, reach: float) -> tuple[Finding, ...]:
     found = []
     size, samples = float(np.abs(learned.path).max()), len(learned.contraction)
     if size > reach:
-        found.append(Finding("path-too-far", values={"size": size, "reach": reach, "voltage": learned.voltage_limit}))
+        found.append(
+            Finding(
+                "path-too-far", values={"unit": "m", "size": size, "reach": reach, "voltage": learned.voltage_limit}
+            )
+        )
     failing = int((learned.contraction >= 1).sum())
     if failing:
         values = {"count": failing, "samples": samples, "worst": float(learned.contraction.max())}

@@ -1,22 +1,26 @@
-"""The strip as a controller sees it: voltage to displacement at L_F, as a small state space."""
+"""The strip as a controller sees it: voltage to displacement at L_F, or to the blocked force, a small state space."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, ComplexArray
 from ..circuit.load import Load
 from ..circuit.strip import strip_netlist
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..simulation.prediction_band import scaled
+from ..simulation.waveforms import WAVEFORMS
 from ..solve.balance import balanced
 from ..solve.state_space import state_space
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
 from ..strip.ladder import LADDER_BAND
 
+#: How the tip is mounted, by the quantity that is controlled there.
+TIPS = {"displacement": "free", "force": "clamped"}
 #: Largest Markov parameter that counts as zero, relative to the scale of the poles.
 _ZERO = 1e-6
 #: Condition of eigenvectors above which a response is not summed from modes.
@@ -25,15 +29,16 @@ _NEARLY_PARALLEL = 1e6
 
 @dataclass(frozen=True, eq=False)
 class Plant:
-    """x' = A x + B u, y = C x for voltage u [V] and displacement y [m]: a (s, s), b (s,), c (s,)."""
+    """x' = A x + B u, y = C x for voltage u [V] and displacement or force y in ``unit``: a (s, s), b (s,), c (s,)."""
 
     a: Array
     b: Array
     c: Array
+    unit: str = "m"
 
     @property
     def gain(self) -> float:
-        """Displacement at rest [m/V]."""
+        """Displacement [m/V] or force [N/V] at rest."""
         return float(-self.c @ np.linalg.solve(self.a, self.b))
 
     @property
@@ -79,24 +84,35 @@ def plants_of(
     load: Load | None = None,
     draws: int = 0,
     seed: int = 0,
+    quantity: str = "displacement",
 ) -> list[Plant]:
-    """Return the linearised strip with a free tip, then ``draws`` samples of its fit's covariance, all of one order.
+    """Return the linearised strip, then ``draws`` samples of its fit's covariance, all of one order.
 
-    Raises InputError for a strip without a coupling, or draws from a strip without a covariance.
+    The tip is that of `TIPS`. A clamped strip has no inertia: its force is that of the static beam, without the voltage
+    that the force reflects, whose share is that of the energy converted, 1e-10 in the paper's strip. Raises InputError
+    for a strip without a coupling, or draws from one without a covariance.
     """
     if actuator.coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; its tip cannot be controlled")
+    how: dict[str, Any] = {"tip": TIPS[quantity], "beam": "static" if quantity == "force" else beam, "load": load}
     strips = [actuator, *sampled(actuator, draws, seed)]
-    nets = [strip_netlist(strip, beam=beam, load=load, band=LADDER_BAND).linearised() for strip in strips]
+    nets = [strip_netlist(strip, **how, band=LADDER_BAND).linearised() for strip in strips]
     system = state_space(nets)
-    row = system.output_names.index("displacement")
+    row = system.output_names.index(quantity)
     order = 0
     found = []
     for a, b, c in zip(system.a, system.b[:, :, 0], system.c[:, row], strict=True):
-        plant = Plant(*balanced(a, b, c, order))
+        plant = Plant(*balanced(a, b, c, order), WAVEFORMS[quantity].unit)
         order = len(plant.b)
         found.append(plant)
     return found
+
+
+def unit_of(quantity: str) -> str:
+    """Return the unit of a quantity that a voltage controls. Raises InputError for another one."""
+    if quantity not in TIPS:
+        raise InputError(f"{argument('quantity')} is '{quantity}'; choose {' or '.join(TIPS)}")
+    return WAVEFORMS[quantity].unit
 
 
 def sampled(actuator: Actuator, draws: int, seed: int) -> list[Actuator]:

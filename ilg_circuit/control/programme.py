@@ -1,7 +1,7 @@
-"""The voltage whose displacement is nearest to a path, within limits: a convex programme, solved by Clarabel.
+"""The voltage whose displacement, or force, is nearest to a path, within limits: a convex programme, by Clarabel.
 
-The voltage is straight lines between nodes at equal times. Displacement and current at the nodes, and half way, are
-linear in its values there: matrices from the exact engine. An energy limit is a second-order cone.
+The voltage is straight lines between nodes at equal times. What follows the path and the current, at the nodes and
+half way, are linear in its values there: matrices from the exact engine. An energy limit is a second-order cone.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from ..errors import SolveError
 from ..solve.exact import exact_outputs
 from ..solve.state_space import StateSpace
 
-#: Weight of the voltage's changes beside the displacement's error, both in parts of their limits: it only settles what
-#: the displacement leaves open.
+#: Weight of the voltage's changes beside the error, both in parts of their limits: it only settles what the error
+#: leaves open.
 SMOOTHING = 1e-12
 #: Its square root where a path is followed exactly.
 _BARELY = 1e-11
@@ -37,23 +37,26 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """Displacement, current and energy as they follow from the values of a voltage at n nodes.
+    """What follows the path, current and energy as they follow from the values of a voltage at n nodes.
 
-    ``displacement`` [m/V] (2n - 1, n) is that at nodes and half way between them, ``current`` [A/V] (n, n) that at
-    nodes, ``energy`` (n, n) the form u E u in joule. The constants ``displaced`` (2n - 1,), ``flowing`` (n,), ``spent``
-    are what a nonlinear strip adds.
+    ``output`` (2n - 1, n) is the displacement [m/V] or the force [N/V] at nodes and half way between them, ``current``
+    [A/V] (n, n) that at nodes, ``energy`` (n, n) the form u E u in joule. The constants ``offset`` (2n - 1,),
+    ``flowing`` (n,), ``spent`` are what a nonlinear strip adds.
     """
 
-    displacement: Array
+    output: Array
     current: Array
     energy: Array
-    displaced: Array
+    offset: Array
     flowing: Array
     spent: float = 0.0
 
 
-def answers(system: StateSpace, nodes: Array) -> Answers:
-    """Return what a linear strip answers to a voltage with values at ``nodes`` [s] (n,), equally apart."""
+def answers(system: StateSpace, nodes: Array, quantity: str = "displacement") -> Answers:
+    """Return what a linear strip answers to a voltage with values at ``nodes`` [s] (n,), equally apart.
+
+    ``quantity`` is the output that shall follow a path.
+    """
     n, width = len(nodes), float(nodes[1] - nodes[0])
     fine = np.linspace(0.0, float(nodes[-1]), 2 * n - 1)
     shapes = (
@@ -62,7 +65,7 @@ def answers(system: StateSpace, nodes: Array) -> Answers:
     )
     first, second = (exact_outputs(system, shape, fine)[0] for shape in shapes)
     found = {}
-    for name in ("displacement", "current"):
+    for name in (quantity, "current"):
         row = system.output_names.index(name)
         matrix = np.zeros((2 * n - 1, n))
         matrix[:, 0] = first[row]
@@ -76,12 +79,12 @@ def answers(system: StateSpace, nodes: Array) -> Answers:
     weights = np.tile([2.0, 4.0], n)[: 2 * n - 1] * width / 6
     weights[0], weights[-1] = width / 6, width / 6
     energy = (volts * weights[:, None]).T @ found["current"]
-    displacement, current = found["displacement"], found["current"]
-    return Answers(displacement, current[::2], (energy + energy.T) / 2, np.zeros(2 * n - 1), np.zeros(n))
+    current = found["current"]
+    return Answers(found[quantity], current[::2], (energy + energy.T) / 2, np.zeros(2 * n - 1), np.zeros(n))
 
 
 def nearest_voltage(answer: Answers, path: Array, nodes: Array, limits: Limits, smoothing: float = SMOOTHING) -> Array:
-    """Return the voltage (n,) [V] whose displacement is nearest to ``path`` (2n - 1,) [m] in the mean square.
+    """Return the voltage (n,) [V] whose output is nearest to ``path`` (2n - 1,) in the mean square.
 
     A path that can be followed has its own voltage, whatever the ``smoothing``. Raises SolveError where no voltage
     keeps the limits, or the solver does not converge.
@@ -94,14 +97,19 @@ def nearest_voltage(answer: Answers, path: Array, nodes: Array, limits: Limits, 
 
     n, width = len(nodes), float(nodes[1] - nodes[0])
     volt = limits.voltage
-    scale = max(float(np.abs(path - answer.displaced).max()), 1e-3 * float(np.abs(answer.displacement).max()) * volt)
+    # of a path beyond all that the limit could reach, that much is the goal; what is further only weighs
+    wanted, reach = path - answer.offset, float(np.abs(answer.output).sum(axis=1).max()) * volt
+    near = np.clip(wanted, -reach, reach)
+    scale = max(float(np.abs(near).max()), 1e-3 * float(np.abs(answer.output).max()) * volt)
+    beyond = (wanted - near) / scale
+    far = max(1.0, float(np.abs(beyond).max()))
     one = sparse.identity(n, format="csc")
     change = sparse.diags([-np.ones(n - 1), np.ones(n - 1)], [0, 1], shape=(n - 1, n), format="csc")
-    # unknowns: the voltage in parts of its limit, and the error in parts of the path's largest value
+    # unknowns: the voltage in parts of its limit, and the error in parts of the goal's largest value
     m = len(path)
     weight = trapezoid(m) / m
-    rows = [sparse.hstack([sparse.csc_matrix(answer.displacement * (volt / scale)), -sparse.identity(m)])]
-    right = [(path - answer.displaced) / scale]
+    rows = [sparse.hstack([sparse.csc_matrix(answer.output * (volt / scale)), -sparse.identity(m)])]
+    right = [near / scale]
     cones = [clarabel.ZeroConeT(m)]
 
     def at_most(matrix: sparse.spmatrix, low: Array, high: Array) -> None:
@@ -132,10 +140,10 @@ def nearest_voltage(answer: Answers, path: Array, nodes: Array, limits: Limits, 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
-    quadratic = sparse.block_diag([2 * smoothing * change.T @ change, 2 * sparse.diags(weight)], format="csc")
+    quadratic = sparse.block_diag([2 * smoothing * change.T @ change, 2 / far * sparse.diags(weight)], format="csc")
     solver = clarabel.DefaultSolver(
         sparse.triu(quadratic, format="csc"),
-        np.zeros(n + m),
+        np.append(np.zeros(n), -2 / far * weight * beyond),
         sparse.vstack(rows, format="csc"),
         np.concatenate(right),
         cones,
@@ -149,11 +157,11 @@ def nearest_voltage(answer: Answers, path: Array, nodes: Array, limits: Limits, 
 
 def _inverse(answer: Answers, path: Array, volt: float) -> Array:
     """Return the smoothest voltage (n,) [V] that follows ``path`` best, without limits."""
-    n = answer.displacement.shape[1]
-    scale = max(float(np.abs(answer.displacement).max()) * volt, 1e-300)
+    n = answer.output.shape[1]
+    scale = max(float(np.abs(answer.output).max()) * volt, 1e-300)
     change = np.diff(np.eye(n), axis=0) * _BARELY
-    matrix = np.vstack([answer.displacement * (volt / scale), change])
-    right = np.concatenate([(path - answer.displaced) / scale, np.zeros(n - 1)])
+    matrix = np.vstack([answer.output * (volt / scale), change])
+    right = np.concatenate([(path - answer.offset) / scale, np.zeros(n - 1)])
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0] * volt)
 
 

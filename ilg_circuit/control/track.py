@@ -1,4 +1,4 @@
-"""Finds the voltage that makes the tip follow a path, says how well it can, and what holds it back."""
+"""Finds the voltage that makes the tip, or its blocked force, follow a path; says how well, and what limits it."""
 
 from __future__ import annotations
 
@@ -19,17 +19,18 @@ from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..simulation.prediction_band import prediction_band
 from ..simulation.response import Response, simulate, transient_band
+from ..simulation.waveforms import WAVEFORMS
 from ..solve.state_space import state_space
 from ..strip.actuator import Actuator
 from .bound import fastest_settling
-from .plant import Plant, plants_of
+from .plant import TIPS, Plant, plants_of, unit_of
 from .programme import Answers, Limits, answers, nearest_voltage
 
 #: Nodes of the voltage, the most of them, and the largest error of a path that counts as followed, in parts of it.
 NODES, MOST_NODES, FOLLOWED = 301, 2001, 0.01
 #: How near a limit counts as at it, and steps of Gauss and Newton with the voltage's change that ends them [V/V].
 _AT, _STEPS, _SAME = 1e-5, 12, 1e-5
-#: Times of the impulse response, in time constants of the slowest pole, for the largest rate.
+#: Times of the impulse response for the largest rate, in time constants from the slowest pole to the fastest.
 _LONG, _FINE = 8.0, 4000
 
 
@@ -56,26 +57,29 @@ class Voltage:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Tracked(Voltage, Warned, Result):
-    """The voltage whose displacement is nearest to a path, as `ilg_circuit.track` returns it.
+    """The voltage whose displacement, or force, is nearest to a path, as `ilg_circuit.track` returns it.
 
     Attributes
     ----------
     actuator : Actuator
         The strip.
+    quantity : {"displacement", "force"}
+        What follows the path: the displacement [m] of the free tip, or the force [N] of the clamped one.
     path : ndarray (m,)
-        Where the tip shall be [m] at ``time``, which is that of the voltage's nodes and half way between them.
+        What is asked for, in ``unit``, at ``time``, which is that of the voltage's nodes and half way between them.
     drive : PiecewiseLinear
         The voltage as a drive, for `ilg_circuit.simulate`.
     limits : Limits
         Largest ``voltage`` [V], ``slew`` [V/s], ``current`` [A], ``energy`` [J].
     stderr : ndarray (m,) or None
-        Standard error of the displacement [m] from the uncertainty of a fitted strip.
+        Standard error of the quantity from the uncertainty of a fitted strip.
     at_limit : float
         Share of the time at a limit.
     reach, rate : float
-        Largest displacement [m] that the limit of the voltage holds, and largest rate [m/s] that it reaches from rest.
+        Largest displacement [m] or force [N] that the limit of the voltage holds, and largest rate [m/s] or [N/s] that
+        it reaches from rest.
     bound : float or None
-        Shortest time [s] in which any voltage settles at the path's largest displacement; None if it is out of reach.
+        Shortest time [s] in which any voltage settles at the path's largest value; None if it is out of reach.
     response : Response
         The run of the strip under the drive.
     findings : tuple of Finding
@@ -94,6 +98,7 @@ class Tracked(Voltage, Warned, Result):
     rate: float
     bound: float | None
     stderr: Array | None = None
+    quantity: str = "displacement"
     findings: tuple[Finding, ...] = ()
 
     @property
@@ -102,9 +107,24 @@ class Tracked(Voltage, Warned, Result):
         return self.response.time
 
     @property
+    def unit(self) -> str:
+        """Unit of the path and of what follows it: "m" or "N"."""
+        return WAVEFORMS[self.quantity].unit
+
+    @property
+    def output(self) -> Array:
+        """What follows the path (m,): displacement [m] or force [N], as ``quantity`` says."""
+        return self.response.waveforms[self.quantity]
+
+    @property
     def displacement(self) -> Array:
-        """Displacement [m] (m,)."""
+        """Displacement [m] (m,); that of a clamped tip is zero."""
         return self.response.displacement
+
+    @property
+    def force(self) -> Array:
+        """Force [N] (m,); that of a free tip without a load is zero."""
+        return self.response.force
 
     @property
     def voltage(self) -> Array:
@@ -123,31 +143,31 @@ class Tracked(Voltage, Warned, Result):
 
     @property
     def error(self) -> Array:
-        """Path less displacement [m] (m,)."""
-        return np.asarray(self.path - self.displacement)
+        """Path less output (m,) [m] or [N]."""
+        return np.asarray(self.path - self.output)
 
     @property
     def rms(self) -> float:
-        """Root mean square of the error over time [m]."""
+        """Root mean square of the error over time [m] or [N]."""
         return float(np.sqrt(np.trapezoid(self.error**2, self.time) / (self.time[-1] - self.time[0])))
 
     @property
     def size(self) -> float:
-        """Largest displacement that the path asks for [m]."""
+        """Largest displacement [m] or force [N] that the path asks for."""
         return float(np.abs(self.path).max())
 
     @property
     def followed(self) -> bool:
-        """Whether the error stays within 1 % of the path's largest displacement."""
+        """Whether the error stays within 1 % of the path's largest value."""
         return bool(np.abs(self.error).max() <= FOLLOWED * self.size)
 
     def table(self) -> tuple[Column, ...]:
-        """Return time, path, displacement, voltage, current and the displacement's standard error (m,)."""
-        errors = () if self.stderr is None else (Column("displacement_stderr", self.stderr, "m"),)
+        """Return time, path, what follows it, voltage, current and the standard error of what follows (m,)."""
+        errors = () if self.stderr is None else (Column(f"{self.quantity}_stderr", self.stderr, self.unit),)
         return (
             Column("time", self.time, "s", over=True),
-            Column("path", self.path, "m"),
-            Column("displacement", self.displacement, "m"),
+            Column("path", self.path, self.unit),
+            Column(self.quantity, self.output, self.unit),
             Column("voltage", self.voltage, "V"),
             Column("current", self.current, "A"),
             *errors,
@@ -158,6 +178,8 @@ class Tracked(Voltage, Warned, Result):
         return {
             "actuator": self.actuator.name,
             "path": self.path_text,
+            "quantity": self.quantity,
+            "unit": self.unit,
             "followed": self.followed,
             "error_largest": float(np.abs(self.error).max()),
             "error_rms": self.rms,
@@ -176,7 +198,7 @@ class Tracked(Voltage, Warned, Result):
 
 
 def path_rate(tracked: Tracked) -> float:
-    """Return the largest rate that the path asks for between samples [m/s]."""
+    """Return the largest rate that the path asks for between samples [m/s] or [N/s]."""
     return float(np.abs(np.diff(tracked.path) / np.diff(tracked.time)).max())
 
 
@@ -186,26 +208,32 @@ def track(
     duration: float,
     limits: Limits,
     *,
+    quantity: str = "displacement",
     nodes: int = NODES,
     beam: str | None = None,
     load: Load | None = None,
     band: bool = False,
     engine: str = "exact",
 ) -> Tracked:
-    """Return the voltage through ``nodes`` whose displacement is nearest to ``path`` [m] over ``duration`` [s].
+    """Return the voltage through ``nodes`` whose ``quantity`` is nearest to ``path`` over ``duration`` [s].
 
-    ``engine`` simulates the answer, and a nonlinear strip in each of its steps. Raises InputError for values out of
-    range, SolveError where no voltage keeps the limits.
+    It is the displacement [m] of the free tip, or the force [N] of the clamped one. ``engine`` simulates the answer,
+    and a nonlinear strip in each of its steps. Raises InputError for values out of range, SolveError where no voltage
+    keeps the limits.
     """
     require_path(limits, nodes, duration)
-    plant = plants_of(actuator, beam=beam, load=load)[0]
+    unit_of(quantity)
+    if load and quantity == "force":
+        raise InputError(f"the force is that of a clamped tip, which moves no load; leave {argument('load')} out")
+    plant = plants_of(actuator, beam=beam, load=load, quantity=quantity)[0]
     at = np.linspace(0.0, duration, nodes)
     fine = np.linspace(0.0, duration, 2 * nodes - 1)
     wanted = path.value(fine)
-    net = strip_netlist(actuator, beam=beam, load=load, band=transient_band(fine))
+    mounted: dict[str, Any] = {"tip": TIPS[quantity], "beam": beam, "load": load}
+    net = strip_netlist(actuator, **mounted, band=transient_band(fine))
     system = state_space([net.linearised()])
-    about = answers(system, at)
-    how: dict[str, Any] = {"beam": beam, "load": load, "engine": engine}
+    about = answers(system, at, quantity)
+    how = {**mounted, "engine": engine}
 
     def run(values: Array) -> Response:
         drive = PiecewiseLinear(at, values, f"voltage for {path.text}")
@@ -214,7 +242,7 @@ def track(
     values = nearest_voltage(about, wanted, at, limits)
     response = run(values)
     if not net.linear:
-        values, response, about = _newton(values, response, about, wanted, at, limits, run)
+        values, response, about = _newton(values, response, about, wanted, at, limits, run, quantity)
     drive = response.drive
     assert isinstance(drive, PiecewiseLinear)
     reach = abs(plant.gain) * limits.voltage
@@ -230,13 +258,21 @@ def track(
         reach=reach,
         rate=_largest_rate(plant, limits.voltage),
         bound=fastest_settling(plant, size, limits.voltage) if 0 < size <= reach else None,
-        stderr=prediction_band(actuator, drive, fine, misfit=False, **how).stderr["displacement"] if band else None,
+        stderr=prediction_band(actuator, drive, fine, misfit=False, **how).stderr[quantity] if band else None,
+        quantity=quantity,
     )
     return replace(tracked, findings=(*drive_findings(path), *_findings(tracked)))
 
 
 def _newton(
-    values: Array, response: Response, about: Answers, wanted: Array, at: Array, limits: Limits, run: Any
+    values: Array,
+    response: Response,
+    about: Answers,
+    wanted: Array,
+    at: Array,
+    limits: Limits,
+    run: Any,
+    quantity: str,
 ) -> tuple[Array, Response, Answers]:
     """Return voltage, run and answers of a nonlinear strip: steps of Gauss and Newton about its own runs.
 
@@ -245,7 +281,7 @@ def _newton(
     for _ in range(_STEPS):
         about = replace(
             about,
-            displaced=response.displacement - about.displacement @ values,
+            offset=response.waveforms[quantity] - about.output @ values,
             flowing=response.current[::2] - about.current @ values,
             spent=float(response.energy[-1] - values @ about.energy @ values),
         )
@@ -283,23 +319,25 @@ def _at_limit(values: Array, response: Response, at: Array, limits: Limits) -> f
 
 
 def _largest_rate(plant: Plant, volt: float) -> float:
-    """Return the largest rate [m/s] that a step of ``volt`` [V] gives the tip: its answer to an impulse."""
-    width = _LONG / float(np.abs(plant.poles.real).min()) / _FINE
-    moved, state, most = expm(plant.a * width), plant.b, 0.0
-    for _ in range(_FINE):
-        most = max(most, abs(float(plant.c @ state)))
-        state = moved @ state
+    """Return the largest rate of the output that a step of ``volt`` [V] gives: its answer to an impulse."""
+    rates = np.abs(plant.poles.real)
+    most, scales = 0.0, 1 + int(np.ceil(np.log10(rates.max() / rates.min())))
+    for rate in np.geomspace(rates.min(), rates.max(), scales):
+        moved, state = expm(plant.a * (_LONG / rate / _FINE)), plant.b
+        for _ in range(_FINE):
+            most = max(most, abs(float(plant.c @ state)))
+            state = moved @ state
     return most * volt
 
 
 def _findings(tracked: Tracked) -> tuple[Finding, ...]:
     """Return what the voltage should be known for."""
-    found = []
+    found, unit = [], {"unit": tracked.unit}
     if tracked.size > tracked.reach:
-        values = {"size": tracked.size, "reach": tracked.reach, "voltage": tracked.limits.voltage}
+        values = {**unit, "size": tracked.size, "reach": tracked.reach, "voltage": tracked.limits.voltage}
         found.append(Finding("path-too-far", values=values))
     if not tracked.followed:
         worst = float(np.abs(tracked.error).max())
-        values = {"error": worst, "share": worst / max(tracked.size, 1e-300), "limited": tracked.at_limit}
+        values = {**unit, "error": worst, "share": worst / max(tracked.size, 1e-300), "limited": tracked.at_limit}
         found.append(Finding("path-not-followed", values=values))
     return tuple(found)

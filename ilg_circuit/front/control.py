@@ -1,4 +1,4 @@
-"""Control of a strip's position: the voltage for a path, the closed loop, python-control."""
+"""Control of a strip's position: the voltage for a path (or for one of the force), the loop, python-control."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ..control.close import close_loop as close_room
 from ..control.export import c_text
 from ..control.export import to_control as control_of
 from ..control.op_amps import OpAmps
+from ..control.plant import unit_of
 from ..control.programme import Limits
 from ..control.sampled import Late, Sensor
 from ..control.track import NODES, Tracked
@@ -29,6 +30,7 @@ def track(
     path: Driven,
     duration: Given | None = None,
     *,
+    quantity: str = "displacement",
     voltage: Given = 4.0,
     slew: Given | None = None,
     current: Given | None = None,
@@ -39,7 +41,7 @@ def track(
     band: bool = False,
     engine: str | None = None,
 ) -> Tracked:
-    """Return the voltage whose displacement is nearest to a path, within limits, and how near that is.
+    """Return the voltage whose displacement, or force, is nearest to a path, within limits, and how near that is.
 
     Parameters
     ----------
@@ -47,9 +49,12 @@ def track(
         An object, the path of a TOML file or a preset's name.
     path : str, Drive or (times, values)
         Where the tip shall be: a text such as "sine:1mm,10mHz" or "file:path.csv" (the forms of `sense`), or a pair of
-        times [s] and positions [m] (n,).
+        times [s] and positions [m] (n,). For a force the same in newtons: "sine:100nN,5mHz".
     duration : float or str, optional
         Duration [s]; not needed for a file or a pair of arrays, which end by themselves.
+    quantity : {"displacement", "force"}
+        What follows the path: the displacement of the free tip, or the blocked force of the clamped one, as
+        ``simulate(..., tip="clamped")`` gives it.
     voltage : float or str
         Limit [V] of the voltage, of either sign.
     slew : float or str, optional
@@ -65,15 +70,16 @@ def track(
     load : Load, str or mapping, optional
         Load on the tip, such as "mass=1g".
     band : bool
-        Adds the standard error of the displacement from the uncertainty of a fitted strip.
+        Adds the standard error of the quantity from the uncertainty of a fitted strip.
     engine : {"ngspice", "exact"}, optional
         Solver of the run under the voltage found (default: exact, for nonlinear strips ngspice).
 
     Returns
     -------
     Tracked
-        ``time`` [s], ``path``, ``displacement`` and ``error`` [m], ``voltage`` [V] and ``current`` [A], each an array
-        (m,); ``drive`` for `simulate`; ``followed``, ``at_limit``, ``reach`` [m], ``rate`` [m/s]. See `ilg.results`.
+        ``time`` [s], ``path``, ``output`` and ``error`` [m] or [N], ``displacement`` [m], ``force`` [N], ``voltage``
+        [V] and ``current`` [A], each an array (m,); ``drive`` for `simulate`; ``followed``, ``at_limit``, ``reach`` [m]
+        or [N], ``rate`` [m/s] or [N/s]. See `ilg.results`.
 
     Raises
     ------
@@ -88,20 +94,28 @@ def track(
     >>> slow = ilg.track("paper", "sine:3mm,5mHz", "400 s", nodes=101, beam="static")
     >>> slow.followed, f"{max(slow.voltage):.2f} V, at a limit {slow.at_limit:.0%} of the time"
     (True, '3.46 V, at a limit 0% of the time')
+    >>> pressed = ilg.track("paper", "sine:100nN,5mHz", "400 s", quantity="force", nodes=101, beam="static")
+    >>> pressed.followed, f"{1e9 * max(pressed.force):.0f} nN, {max(pressed.voltage):.2f} V"
+    (True, '100 nN, 2.62 V')
     """
     require_control()
     actuator = strip_of(strip)
-    seconds = None if duration is None else quantity(duration, "s", "duration")
-    source = drive_of(path, seconds or 0.0, "m")
-    limits = Limits(
+    seconds = optional(duration, "s", "duration")
+    source = drive_of(path, seconds or 0.0, unit_of(quantity))
+    limits = _limits(voltage, slew, current, energy)
+    chosen = engine or ("exact" if actuator.material.model.linear else engine_of(None, actuator))
+    how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen}
+    return track_room(actuator, source, lasting(source, seconds), limits, quantity=quantity, nodes=nodes, **how)
+
+
+def _limits(voltage: Given, slew: Given | None, current: Given | None, energy: Given | None) -> Limits:
+    """Return the limits of a path's voltage, from numbers or texts."""
+    return Limits(
         quantity(voltage, "V", "voltage"),
         optional(slew, "V/s", "slew"),
         optional(current, "A", "current"),
         optional(energy, "J", "energy"),
     )
-    chosen = engine or ("exact" if actuator.material.model.linear else engine_of(None, actuator))
-    how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen}
-    return track_room(actuator, source, lasting(source, seconds), limits, nodes=nodes, **how)
 
 
 @checked

@@ -14,7 +14,7 @@ from ..circuit.wiring import OPEN, Wiring, wiring
 from ..drive import Drive, Drives, PiecewiseLinear, Sine
 from ..errors import InputError, argument
 from ..measurements.said import NOTHING, Said
-from ..simulation.drives import DRIVE_FORMS, MOTION_FORMS, parse_drive
+from ..simulation.drives import forms_of, parse_drive
 from ..simulation.response import sample_times
 from ..solve.library import chosen_engine
 from ..strip.actuator import PAPER, Actuator
@@ -131,8 +131,7 @@ def drive_of(drive: Driven, duration: float, unit: str = "V", said: Said = NOTHI
     if isinstance(drive, tuple) and len(drive) == 2:
         return PiecewiseLinear(row(drive[0], "times of the drive"), row(drive[1], "values of the drive"), "given rows")
     if not isinstance(drive, PiecewiseLinear | Sine):
-        forms = DRIVE_FORMS if unit == "V" else MOTION_FORMS
-        raise InputError(f"a drive is a text ({forms}) or a pair of times and values, not {_kind(drive)}")
+        raise InputError(f"a drive is a text ({forms_of(unit)}) or a pair of times and values, not {_kind(drive)}")
     return drive
 
 

@@ -78,7 +78,10 @@ def figure(closed: Closed) -> Figure:
 def panels(closed: Closed) -> Panels:
     """Return the panels: displacement, error, voltage, current."""
     held = {"drawstyle": "steps-post"} if closed.period else {}
-    drawn = followed.panels(closed, closed.reference, "reference", closed.limit, partial(_measured, closed), **held)
+    wave = ("displacement", closed.displacement, "m")
+    drawn = followed.panels(
+        closed, wave, closed.reference, "reference", closed.limit, partial(_measured, closed), **held
+    )
     if not closed.waves.estimates:
         return drawn
     return {**drawn, "estimates": partial(over_time, partial(_estimates, closed))}

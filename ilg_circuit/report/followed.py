@@ -1,4 +1,4 @@
-"""Draws how a tip follows where it shall be: displacement and goal, error, voltage, current over time."""
+"""Draws how a strip follows a goal: displacement, or force, and goal, error, voltage, current over time."""
 
 from __future__ import annotations
 
@@ -12,37 +12,39 @@ from .response import over_time
 
 
 class Followed(Protocol):
-    """A result whose displacement follows a goal under a voltage, each over ``time`` (n,)."""
+    """A result of which something follows a goal under a voltage, each over ``time`` (n,)."""
 
     @property
     def time(self) -> Array: ...
-    @property
-    def displacement(self) -> Array: ...
     @property
     def voltage(self) -> Array: ...
     @property
     def current(self) -> Array: ...
 
 
-#: Draws more into the panel of the displacement, which is drawn times a factor.
+#: What follows: the name of the quantity, its values (n,), their unit.
+Wave = tuple[str, Array, str]
+#: Draws more into the panel of what follows, which is drawn times a factor.
 More = Callable[[Axes, float], None]
 
 
-def panels(found: Followed, goal: Array, name: str, limit: float, more: More, **volts: Any) -> Panels:
-    """Return the panels: displacement with its ``goal`` [m] of a ``name``, error, voltage to a limit [V], current.
+def panels(found: Followed, wave: Wave, goal: Array, name: str, limit: float, more: More, **volts: Any) -> Panels:
+    """Return the panels: the ``wave`` with its ``goal`` of a ``name``, error, voltage to a limit [V], current.
 
     ``more`` draws more into the first; ``volts`` style the voltage.
     """
 
-    def displacement(panel: Axes, **style: Any) -> None:
-        own = {"label": "displacement"} | style
-        factor = curve(panel, found.time, found.displacement, "displacement", "m", **own)
+    quantity, values, unit = wave
+
+    def following(panel: Axes, **style: Any) -> None:
+        own = {"label": quantity} | style
+        factor = curve(panel, found.time, values, quantity, unit, **own)
         panel.plot(found.time, factor * goal, color=GREY, linestyle="--", linewidth=1.2, label=name)
         more(panel, factor)
         legend_above(panel)
 
     def error(panel: Axes, **style: Any) -> None:
-        curve(panel, found.time, goal - found.displacement, "error", "m", **style)
+        curve(panel, found.time, goal - values, "error", unit, **style)
         panel.axhline(0.0, color=GREY, linewidth=0.8)
 
     def voltage(panel: Axes, **style: Any) -> None:
@@ -52,7 +54,7 @@ def panels(found: Followed, goal: Array, name: str, limit: float, more: More, **
     def current(panel: Axes, **style: Any) -> None:
         curve(panel, found.time, found.current, "current", "A", **style)
 
-    drawn = {"displacement": displacement, "error": error, "voltage": voltage, "current": current}
+    drawn = {quantity: following, "error": error, "voltage": voltage, "current": current}
     return {panel: partial(over_time, draw) for panel, draw in drawn.items()}
 
 
@@ -63,7 +65,7 @@ def at_limit(panel: Axes, limit: float) -> None:
 
 
 def figure(drawn: Panels, title: str) -> Figure:
-    """Return the picture of displacement, error and voltage, and of what there is further."""
+    """Return the picture of what follows, error and voltage, and of what there is further."""
     names = [name for name in drawn if name != "current"]
     figure, axes = new_figure(len(names), [1.8, 1.1, *[1.3] * (len(names) - 2)])
     for panel, name in zip(axes, names, strict=True):

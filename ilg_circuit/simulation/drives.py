@@ -99,6 +99,7 @@ CURRENT = Form(
 #: The forms as errors list them.
 DRIVE_FORMS = ", ".join(form.examples[0] for form in (*FORMS, CURRENT))
 MOTION_FORMS = ", ".join(form.examples[1] for form in FORMS)
+FORCE_FORMS = MOTION_FORMS.replace("mm", "nN").replace("motion.csv", "force.csv")
 #: The forms as help lists them: an example and its meaning.
 DRIVES = tuple((form.examples[0].split(", ")[0], form.meaning) for form in (*FORMS, CURRENT))
 MOTIONS = tuple((form.examples[1].split(", ")[0], form.meaning) for form in FORMS)
@@ -108,12 +109,17 @@ _LIMIT = re.compile(r",\s*limit\s*=([^,]*)$")
 _AMPERES = re.compile(r"[\d.]\s*([fpnum\u00b5\u03bck]?A|amperes?)(/s)?\s*$")
 
 
+def forms_of(unit: str) -> str:
+    """Return the forms, as errors list them, of drives whose values are in a ``unit``: "m", "N" or another."""
+    return {"m": MOTION_FORMS, "N": FORCE_FORMS}.get(unit, DRIVE_FORMS)
+
+
 def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHING) -> Drive:
     """Return the drive for a text such as ``step:4V`` and a run of ``duration`` [s].
 
-    With the ``unit`` "m" it is a motion with values in metres, such as ``sine:1mm,0.1Hz``. A text such as
-    ``current:10mA`` or ``step:10mA`` is a drive by current, see `ilg_circuit.drive.by_current`. ``said`` states what
-    the headers of a file do not.
+    With the ``unit`` "m" it is a motion with values in metres, such as ``sine:1mm,0.1Hz``; with "N" a force. A text
+    such as ``current:10mA`` or ``step:10mA`` is a drive by current, see `ilg_circuit.drive.by_current`. ``said`` states
+    what the headers of a file do not.
 
     Raises
     ------
@@ -127,9 +133,7 @@ def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHIN
     whole = form is not None and form.parts is None
     parts = [rest] if whole else [part.strip() for part in rest.split(",")]
     if form is None or not all(parts) or (form.parts is not None and len(parts) not in form.parts):
-        raise InputError(
-            f"drive '{text}' is not understood; write one of {MOTION_FORMS if unit == 'm' else DRIVE_FORMS}"
-        )
+        raise InputError(f"drive '{text}' is not understood; write one of {forms_of(unit)}")
     return _made(name, parts, duration, unit, said)
 
 
@@ -214,7 +218,7 @@ def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -
 
             count_text, _, file = parts[0].partition(",") if name == "repeat" else ("", "", parts[0])
             path = Path(file)
-            quantity = {"V": "voltage", "A": "current"}.get(unit, "displacement")
+            quantity = {"V": "voltage", "A": "current", "N": "force"}.get(unit, "displacement")
             times, values, notes = read_waveform(path, quantity, said)
             text = f"file {visible(path.name)}"
             if name == "repeat":

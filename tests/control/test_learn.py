@@ -55,7 +55,7 @@ def test_every_trial_falls_by_the_contraction_for_every_sample(fitted: Actuator,
 def test_the_errors_are_those_of_the_closed_form(fitted: Actuator, learned: Learned) -> None:
     at = learned.drive.times
     models = [fitted, sampled(fitted, DRAWS, 0)[learned.worst - 1]]
-    nominal, true = (answers(state_space([strip_netlist(s, beam="static")]), at).displacement for s in models)
+    nominal, true = (answers(state_space([strip_netlist(s, beam="static")]), at).output for s in models)
     kept = idct(np.eye(81), axis=0, norm="ortho")[:, : 1 + round(2 * 200 * learned.bandwidth)]
     root = np.sqrt(trapezoid(161) / 160)[:, None]
     inverse = np.linalg.lstsq(root * nominal @ kept, np.diag(root[:, 0]), rcond=None)[0]
