@@ -29,8 +29,8 @@ class DisplacementMetrics:
     ``measured`` are figures of the readings minus the position ``rest`` [m], smoothed by local parabolas over
     ``windows`` (least, most) samples; ``error`` [m] is the smoothed curve's standard error at its peak. ``model`` are
     figures of the law of bending alone at the same times. If the fit ends before the constant voltage does, ``record``
-    are the measured figures up to ``record_until`` [s]. ``resting`` is the number of readings that determine the rest position;
-    if it is 0, the rest position is the first reading.
+    are the measured figures up to ``record_until`` [s]. ``resting`` is the number of readings that determine the rest
+    position; if it is 0, the rest position is the first reading.
     """
 
     until: float

@@ -274,8 +274,8 @@ def test_a_really_unwritable_folder(run: Run, tmp_path: Path) -> None:
 def test_a_failing_picture_leaves_nothing_half_written(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(path: Path, picture: memoryview) -> None:
-        path.write_text(str(picture[:9].tobytes()))
+    def full(path: Path, picture: bytes) -> None:
+        path.write_text(str(picture[:9]))
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", full)

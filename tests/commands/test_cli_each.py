@@ -23,11 +23,9 @@ import ilg_circuit as ilg
 from ilg_circuit.commands import progress
 from ilg_circuit.errors import InputError, written
 from ilg_circuit.files import MARKER
-from ilg_circuit.front import each
 from ilg_circuit.front.each import FileTask, fit_file, labels
 from ilg_circuit.front.watch import watch
 from ilg_circuit.report import axes, identification, page
-from ilg_circuit.report import folder as folders
 from ilg_circuit.study.workers import processes_possible
 
 FIT = ("--model", "rc", "--engine", "exact", "--onset", "first-level")
@@ -39,9 +37,6 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(page, "png", lambda figure, dpi: "")
     monkeypatch.setattr(progress, "_LONG", 1e9)  # nothing is said of how long it takes
     monkeypatch.setattr(identification, "figure", lambda fit: axes.blank((1.0, 1.0)))
-    files = tuple(name for name in folders.FILES if name != "fit.png")
-    monkeypatch.setattr(folders, "FILES", files)
-    monkeypatch.setattr(each, "FILES", files)
 
 
 def write(path: Path, seed: int = 0) -> Path:

@@ -100,5 +100,5 @@ def test_they_are_in_the_table_the_json_and_the_picture(step_fit: Identification
 def test_without_a_displacement_there_are_none() -> None:
     found = identify(record(step(), 120.0, 121, noise=1e-3).measurement(), model="rc", engine="exact")
     assert found.metrics is None
-    assert found.to_dict()["displacement"] == {"figures": None}
+    assert found.to_dict()["displacement"] == {"figures": None, "laws": []}
     assert "figures" not in found.summary()
