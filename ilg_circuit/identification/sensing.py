@@ -125,13 +125,13 @@ class SensingFit(Warned, Estimated, Result):
                     "quantity": r.quantity,
                     "rms": float(np.sqrt(np.mean(self.fit.residuals_of(k) ** 2))),
                     "size": float(np.ptp(r.signal)),
-                    "misfit": self.misfits[k] and self.misfits[k].to_dict(),  # type: ignore[union-attr]
+                    "misfit": None if misfit is None else misfit.to_dict(),
                     "time_s": plain(r.time),
                     f"{r.quantity}_{r.unit}": plain(r.signal),
                     f"fitted_{r.unit}": plain(self.fitted(k)),
                     f"reciprocal_{r.unit}": plain(self.reciprocal[k]),
                 }
-                for k, r in enumerate(self.records)
+                for k, (r, misfit) in enumerate(zip(self.records, self.misfits, strict=True))
             ],
             "findings": [finding.to_dict() for finding in self.findings],
             "warnings": list(self.warnings),
@@ -146,10 +146,9 @@ class _Law:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        free = {"lower": -np.inf, "unit": "V"}
-        found = [Parameter("sensing_instantaneous", **free)]  # type: ignore[arg-type]
+        found = [Parameter("sensing_instantaneous", unit="V", lower=-np.inf)]
         for k in range(1, self.relaxations + 1):
-            found.append(Parameter(f"sensing_gain_{k}", **free))  # type: ignore[arg-type]
+            found.append(Parameter(f"sensing_gain_{k}", unit="V", lower=-np.inf))
             found.append(Parameter(f"sensing_time_{k}", unit="s"))
         return tuple(found)
 

@@ -37,7 +37,7 @@ _LARGEST_AMPLITUDE = 1e6
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Entrainment(Result, Warned):
-    """The range of frequencies at which a rhythm with a reflex locks to an input, as `ilg_circuit.cpg` returns it.
+    """The range of frequencies at which a rhythm with a reflex locks to an input, as `ilg_circuit.reflex` returns it.
 
     Attributes
     ----------

@@ -88,8 +88,8 @@ def loop_by_ngspice(loop: Loop, start: Array, times: Array) -> tuple[Array, Arra
             pairs = ((inner, before[0]), (angles, before[1]))
             error = max(float(np.abs(a[:, ::2] - b).max() / (np.abs(a).max() or 1.0)) for a, b in pairs)
         before, points = (inner, angles), 2 * points
-    splines = (CubicSpline(grid, waves.T)(times) for waves in (inner, angles))
-    return *(np.asarray(waves) for waves in splines), error  # type: ignore[return-value]
+    states, bent = (np.asarray(CubicSpline(grid, waves.T)(times)) for waves in (inner, angles))
+    return states, bent, error
 
 
 def loop_deck(loop: Loop, start: Array, duration: float, provenance: Provenance | None = None) -> str:

@@ -28,7 +28,7 @@ _PASSES, _ALIKE = 4, 0.02
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ReflexRun(Result, Warned):
-    """The motion of neurons that feel the angles of the strips they drive, as `ilg_circuit.cpg` returns it.
+    """The motion of neurons that feel the angles of the strips they drive, as `ilg_circuit.reflex` returns it.
 
     Attributes
     ----------
@@ -214,7 +214,7 @@ def run_loop(loop: Loop, times: ArrayLike, start: ArrayLike | None = None, *, en
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ReflexSweep(Result):
-    """The rhythm of neurons over the gain of their reflex, as `ilg_circuit.cpg` returns it for a sweep of ``reflex``.
+    """The rhythm of neurons over the gain of their reflex, as `ilg_circuit.reflex` returns it for a sweep.
 
     Each value goes on from the rhythm of the one before, or from the start where that was none.
 
