@@ -145,7 +145,7 @@ def _targets(tracked: TrackedShape, kind: str, panel: Axes, **style: Any) -> Non
             reach = _NORMAL_95 * tracked.stderr[name]
             low, high = (factor * (outputs[name] + sign * reach) for sign in (-1, 1))
             panel.fill_between(tracked.time, low, high, color=colour, alpha=0.25, linewidth=0)
-        path = "path" if name == names[0] else "_"
+        path = "path" if name == names[-1] else "_"
         panel.plot(tracked.time, factor * tracked.paths[name], color=GREY, linestyle="--", linewidth=1.1, label=path)
     if float(np.abs(every).max()) == least:
         panel.set_ylim(-factor * least, factor * least)
@@ -201,7 +201,7 @@ def _shape(tracked: TrackedShape, panel: Axes, **style: Any) -> Axes:
         panel.plot(scale * x[0], scale * y[0], **look)
         if wanted is not None:
             x, y, _ = arcs(Curvatures(wanted.time[[instant]], wanted.lengths, wanted.values[[instant]]), places)
-            label = "path" if k == 0 else "_"
+            label = "path" if k == len(instants) - 1 else "_"
             panel.plot(scale * x[0], scale * y[0], color=GREY, linestyle="--", linewidth=1.1, label=label)
     panel.set_xlabel(f"x [{unit}]")
     panel.set_ylabel(f"y [{unit}]")

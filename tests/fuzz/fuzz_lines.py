@@ -53,7 +53,7 @@ _OUTPUTS = ("displacement_final", "force_blocked", "settling_time", "energy", "c
 #: option -> good values; "command option" for one command alone.
 GOOD: dict[str, tuple[str, ...]] = {
     "--drive": _DRIVES,
-    "simulate --drive": (*_DRIVES, "1=step:1V", "2=sine:1V,1Hz", "-1=step:1V", "2=open"),
+    "simulate --drive": (*_DRIVES, "1=step:1V", "2=sine:1V,1Hz", "-1=step:1V", "2=open", "file:segments.csv"),
     "netlist --drive": (*_DRIVES, "1=step:1V", "2=square:-1V..1V,1s"),
     "--segment": ("1", "2", "4"),
     "--motion": ("step:1mm", "square:1mm,3s", "sine:1mm,0.5Hz", "ramp:0.1mm/s", "file:motion.csv"),
