@@ -74,7 +74,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--parts": ("parts.csv",),
     "--path": ("step:1mm", "sine:1mm,10mHz", "file:motion.csv"), "--quantity": ("displacement", "force", "shape"),
     "track --path": ("step:1mm", "sine:1mm,10mHz", "file:motion.csv", "step:50nN", "sine:50nN,10mHz",
-                     "1=sine:5 1/m,10mHz", "curvature_2=step:1 1/m", "angle=step:0 rad", "file:shape.csv"),
+                     "1=sine:5 1/m,10mHz", "curvature_2=step:1 1/m", "angle=step:0 rad", "file:bend.csv"),
     "track --voltage": ("4V", "4V,2V", "3V,3V,3V,3V"),
     "--nodes": ("20", "51"), "--slew": ("1V/s",),
     "learn --trials": ("1", "3"), "--bandwidth": ("20mHz",), "--gain": ("1", "0.5"), "learn --trial": ("trial.csv",),
