@@ -198,10 +198,10 @@ class _Trial:
         residuals = [found.residuals[part] for part in self._parts]
         self._variances = [float(np.mean(r**2)) or 1.0 for r in residuals]
         n = len(found.values)
-        self._slopes = found.problem.projected((found.slopes[:, :n] * found.units).T)
-        self._sizes = np.linalg.norm(self._slopes, axis=1)
-        self._slopes /= self._sizes[:, None]
-        self._normal = self._slopes @ self._slopes.T
+        self._slopes = found.slopes[:, :n]
+        normal = found.problem.products(self._slopes)
+        self._sizes = np.sqrt(np.diag(normal))
+        self._normal = normal / np.outer(self._sizes, self._sizes)
         self._errors = found.errors / found.units
         self._shares = [found.independent_samples(k) / len(r) for k, r in zip(moved, residuals, strict=True)]
 
@@ -237,7 +237,8 @@ class _Trial:
         return made.coordinates, made.residuals
 
     def _solve(self, residuals: Array) -> Array:
-        return np.asarray(np.linalg.solve(self._normal, self._slopes @ residuals) / self._sizes)
+        along = self._slopes.T @ residuals / self._sizes
+        return np.asarray(np.linalg.solve(self._normal, along) / self._sizes / self._found.units)
 
     def profile(self) -> BoundedProfile:
         """Return the profile; covariances are computed at admitted places, and copied from the nearest for others."""
@@ -250,10 +251,9 @@ class _Trial:
 
     def _covariance(self, problem: Problem, x: Array) -> Array:
         """Return the covariance (n, n) of the coordinates ``x`` by residuals of unit variance."""
-        slopes = problem.projected(problem.derivatives(x)[1].T)
-        sizes = np.linalg.norm(slopes, axis=1)
-        slopes /= sizes[:, None]
-        return np.asarray(np.linalg.pinv(slopes @ slopes.T, hermitian=True) / np.outer(sizes, sizes))
+        information = problem.information(x)
+        sizes = np.sqrt(np.diag(information))
+        return np.asarray(np.linalg.pinv(information / np.outer(sizes, sizes), hermitian=True) / np.outer(sizes, sizes))
 
     @property
     def table(self) -> tuple[Array, Array, Array]:
