@@ -113,10 +113,11 @@ class Problem:
         """Return the predictions over the sigmas (k, samples) of values (k, n)."""
         constant = np.array(list(self.fixed.values()))
         every = np.hstack([values, np.broadcast_to(constant, (len(values), len(constant)))])
-        parts = [
-            _each_once(o.predict, every[:, at]) / o.sigma for o, at in zip(self.observations, self.places, strict=True)
-        ]
-        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+        if len(self.observations) == 1:
+            only = self.observations[0]
+            return only.predict(every[:, self.places[0]]) / only.sigma
+        pairs = zip(self.observations, self.places, strict=True)
+        return np.concatenate([_each_once(o.predict, every[:, at]) / o.sigma for o, at in pairs], axis=1)
 
     def derivatives(self, x: Array) -> tuple[Array, Array]:
         """Return the prediction (samples,) and its derivatives (samples, n) with respect to the coordinates ``x`` (n,).
