@@ -298,8 +298,10 @@ class ImpedanceData:
         def descents(starts: list[Array]) -> Search:
             if rough:
                 return search(residuals, jacobian, starts, tolerance=_ROUGH, most=_EVALUATIONS // 3, polishes=0)
-            how = {"tolerance": 1e-11, "rounding": 1e-26, "rough": _ROUGH}
-            return search(residuals, jacobian, starts, most=_EVALUATIONS, polishes=4, **how)
+            return search(
+                residuals, jacobian, starts,
+                tolerance=1e-11, rounding=1e-26, most=_EVALUATIONS, polishes=4, rough=_ROUGH,
+            )  # fmt: skip
 
         chosen = ([near] if near is not None else []) + suggested(_FITS)
         if not chosen:
