@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..drive import Drive, each
+from ..drive import Drive, Drives, each
 from ..errors import SolveError
 from .modes import CANCELLING, decomposed, modes_of, phi_pair, recursion
 from .panels import FRACTIONS, Panels
@@ -68,7 +68,7 @@ def _by_modes(system: StateSpace, drive: Drive, times: Array) -> Array | None:
 
     And None for circuits of several sources, or with constant ones.
     """
-    if system.b.shape[2] != 2 or system.b[..., 1].any() or system.d[..., 1].any():
+    if isinstance(drive, Drives) or system.b.shape[2] != 2 or system.b[..., 1].any() or system.d[..., 1].any():
         return None
     modes = modes_of(system)
     omega = drive.angular_frequency()

@@ -46,7 +46,7 @@ _ROUNDING, _NOISE = 1e-11, 3e-13
 #: The same for a step and one before it that is shorter, by their ratio.
 _NOISE_UNEVEN = 3e-15
 #: Rounding of a nonlinear run, by Newton's iterations.
-_NOISE_NONLINEAR = 6e-10
+_NOISE_NONLINEAR = 1e-10
 #: Factor by which halving the steps reduces an error at a kink between nodes.
 _HALVED = 8.0
 #: Least charge before or after it passes zero, relative to its largest value; smaller ones are rounding about zero.
