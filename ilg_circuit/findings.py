@@ -95,6 +95,7 @@ _FIRST = (
     "displacement-not-described",
     "displacement-opposed",
     "displacements-inconsistent",
+    "displacements-apart",
     "displacement-shortened",
     "one-pole-not-enough",
     "residuals-structured",

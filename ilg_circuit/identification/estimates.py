@@ -43,14 +43,14 @@ def uncertainty_of(model: str, fit: FitResult, more: Array, voltage: float | Non
     return Uncertainty(model, names, tuple(map(tuple, covariance.tolist())), voltage)
 
 
-def scattered(found: Uncertainty, law: MotionLaw, scatter: float, files: int) -> Uncertainty:
-    """Return the covariance of a strip in a state like any of ``files``, whose gains have the ``scatter`` (logarithm).
+def scattered(found: Uncertainty, law: MotionLaw, spread: Array, files: int) -> Uncertainty:
+    """Return the covariance of a strip in a state like any of ``files``; the mean of the files is known to its part.
 
-    All gains of a law share it; the mean of the files is known to its part.
+    ``spread`` (p, p) is the covariance of the logarithms of the law's parameters between the files.
     """
-    gains = {law.parameters[k].name for k in law.gains}
-    felt = np.array([float(name in gains) for name in found.names])
-    covariance = np.array(found.covariance) + scatter**2 * (1 + 1 / files) * np.outer(felt, felt)
+    at = [found.names.index(p.name) for p in law.parameters]
+    covariance = np.array(found.covariance)
+    covariance[np.ix_(at, at)] += (1 + 1 / files) * spread
     return replace(found, covariance=tuple(map(tuple, covariance.tolist())))
 
 
