@@ -20,7 +20,7 @@ from ilg_circuit.drive import PiecewiseLinear, Sine
 #: Tolerance of an integration in time.
 _RTOL = 2e-13
 #: Fewest steps of a piece, between which values are interpolated.
-_FEWEST = 100
+_FEWEST = 50
 
 
 def nonlinear_reference(run: Run) -> dict[str, Any]:

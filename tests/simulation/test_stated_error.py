@@ -29,7 +29,7 @@ def stated(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.mark.parametrize(
-    ("models", "count", "engine"), [(LINEAR, 8, "ngspice"), (NONLINEAR, 10, "ngspice"), (LINEAR, 25, "exact")]
+    ("models", "count", "engine"), [(LINEAR, 6, "ngspice"), (NONLINEAR, 10, "ngspice"), (LINEAR, 15, "exact")]
 )
 def test_it_bounds_the_true_one(stated: ModuleType, models: tuple[str, ...], count: int, engine: str) -> None:
     """In every one of the runs: one in a hundred is allowed to miss. In the median it is no hundred times larger."""
