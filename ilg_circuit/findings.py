@@ -87,6 +87,7 @@ _FIRST = (
     "current-rises",
     "kramers-kronig-residuals",
     "spectrum-misfit",
+    "richer-model-untried",
     "no-model-determined",
     "not-determined",
     "electron-path-open",

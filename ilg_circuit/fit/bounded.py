@@ -188,6 +188,31 @@ def matters(profile: BoundedProfile, errors: Array, share: float = 0.2) -> Mask:
     return np.asarray(np.abs(profile.range) > share * errors)
 
 
+@dataclass(frozen=True, eq=False)
+class _Tangent:
+    """The ``slopes`` (samples, n) of a problem, by coordinates times ``units`` (n,), and what their steps need.
+
+    ``sizes`` (n,) are their lengths by coordinates without the linear terms, ``normal`` (n, n) their products over
+    these.
+    """
+
+    slopes: Array
+    units: Array
+    sizes: Array
+    normal: Array
+
+    @classmethod
+    def of(cls, problem: Problem, slopes: Array, units: Array) -> _Tangent:
+        products = problem.products(slopes) * np.outer(units, units)
+        sizes = np.sqrt(np.diag(products))
+        return cls(slopes, units, sizes, products / np.outer(sizes, sizes))
+
+    def step(self, residuals: Array) -> Array:
+        """Return the Gauss-Newton step (n,) of the coordinates, from residuals without the linear terms."""
+        along = self.slopes.T @ residuals * self.units / self.sizes
+        return np.asarray(np.linalg.solve(self.normal, along) / self.sizes)
+
+
 class _Trial:
     """Fits of one problem with a quantity at successive places, each started from the nearest earlier one."""
 
@@ -197,11 +222,7 @@ class _Trial:
         self._parts = [found.problem.slices[k] for k in moved]
         residuals = [found.residuals[part] for part in self._parts]
         self._variances = [float(np.mean(r**2)) or 1.0 for r in residuals]
-        n = len(found.values)
-        self._slopes = found.problem.projected((found.slopes[:, :n] * found.units).T)
-        self._sizes = np.linalg.norm(self._slopes, axis=1)
-        self._slopes /= self._sizes[:, None]
-        self._normal = self._slopes @ self._slopes.T
+        self._tangent = _Tangent.of(found.problem, found.slopes[:, : len(found.values)], found.units)
         self._errors = found.errors / found.units
         self._shares = [found.independent_samples(k) / len(r) for k, r in zip(moved, residuals, strict=True)]
 
@@ -221,23 +242,30 @@ class _Trial:
     def _fitted(self, problem: Problem, start: Array) -> tuple[Array, Array]:
         """Return coordinates (n,) and residuals of the fit, by Gauss-Newton steps with the slopes of the first fit.
 
-        Each step needs one prediction, and few are needed near the minimum. If they do not converge, a full fit is run.
+        Each step needs one prediction, and few are needed near the minimum. After a step that leads past the minimum,
+        slopes are computed before it. If the steps do not converge, a full fit is run.
         """
-        x, before = start, np.inf
+        tangent, x, before, fresh = self._tangent, start, np.inf, False
+        last, left = x, self._found.residuals
         for _ in range(_STEPS):
             residuals = problem.projected(problem.data - problem.predictions(x[None])[0])
             squares = float(residuals @ residuals)
             if not squares <= before * (1 + _TOLERANCE):
+                if fresh or not np.isfinite(before):
+                    break
+                x, residuals, squares, fresh = last, left, before, True
+                tangent = _Tangent.of(problem, problem.derivatives(x)[1], np.ones(len(x)))
+            else:
+                fresh = False
+            step = tangent.step(residuals)
+            if not np.isfinite(step).all():
                 break
-            step = self._solve(residuals)
             if np.abs(step / self._errors).max(initial=0.0) < _SETTLED:
                 return x, residuals
-            x, before = x + step, squares
+            last, left, before = x, residuals, squares
+            x = x + step
         made = fit(problem, problem.scales.values(start), None, _TOLERANCE)
         return made.coordinates, made.residuals
-
-    def _solve(self, residuals: Array) -> Array:
-        return np.asarray(np.linalg.solve(self._normal, self._slopes @ residuals) / self._sizes)
 
     def profile(self) -> BoundedProfile:
         """Return the profile; covariances are computed at admitted places, and copied from the nearest for others."""
@@ -250,10 +278,9 @@ class _Trial:
 
     def _covariance(self, problem: Problem, x: Array) -> Array:
         """Return the covariance (n, n) of the coordinates ``x`` by residuals of unit variance."""
-        slopes = problem.projected(problem.derivatives(x)[1].T)
-        sizes = np.linalg.norm(slopes, axis=1)
-        slopes /= sizes[:, None]
-        return np.asarray(np.linalg.pinv(slopes @ slopes.T, hermitian=True) / np.outer(sizes, sizes))
+        information = problem.information(x)
+        sizes = np.sqrt(np.diag(information))
+        return np.asarray(np.linalg.pinv(information / np.outer(sizes, sizes), hermitian=True) / np.outer(sizes, sizes))
 
     @property
     def table(self) -> tuple[Array, Array, Array]:

@@ -19,6 +19,7 @@ from .observation import Predict, observation
 from .parameter import Parameter
 from .problem import RAN_AWAY, Evaluation, Problem, Progress
 from .result import FitResult
+from .tall import lengths, triangle
 
 MOST_EVALUATIONS = 200
 #: Largest distance of a logarithm from its start; beyond it the fit has diverged.
@@ -167,11 +168,11 @@ def finished(
     freedom of each error are Satterthwaite's. ``variance``, if given, is used instead. The covariance is NaN if the
     condition of the slopes, columns of equal length, exceeds ``singular``.
     """
-    size = np.linalg.norm(slopes, axis=0)
+    size = lengths(slopes)
     single = len(problem.observations) == 1
     q, upper = np.empty((0, 0)), np.empty((0, 0))
     if single:  # the orthogonal factor of a long record is large, and not needed
-        upper = np.asarray(np.linalg.qr(slopes / size, mode="r"))
+        upper = triangle(slopes, size)
     else:
         q, upper = np.linalg.qr(slopes / size)
     determined = np.isinf(singular) or np.linalg.cond(upper) <= singular
@@ -215,7 +216,7 @@ def assembled(problem: Problem, groups: Sequence[Sequence[int]], parts: Sequence
     count = n + starts[-1]
     values, freedom, leverage = np.empty(n), np.empty(n), np.empty(len(problem.observations))
     nuisance, residuals = np.empty(starts[-1]), np.empty(len(problem.data))
-    covariance, slopes = np.zeros((count, count)), np.zeros((len(problem.data), count))
+    covariance, slopes = np.zeros((count, count)), np.zeros((len(problem.data), count), order="F")
     for group, part in zip(groups, parts, strict=True):
         rows = np.concatenate([np.arange(len(problem.data))[problem.slices[k]] for k in group])
         linear = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in group]).astype(int)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..extras import whole
+from .tall import lengths, triangle
 
 #: p (n,) -> residuals (m,)
 Residuals = Callable[[Array], Array]
@@ -156,17 +157,16 @@ def _polished(problem: _Guarded, p: Array, rounding: float, polishes: int) -> Ru
 def gauss_newton(j: Array, r: Array, rounding: float = 0.0) -> tuple[Array, float, float]:
     """Return the step, the relative offset and the condition of the Jacobian with columns of equal length."""
     m, n = j.shape
-    size = np.linalg.norm(j, axis=0)
+    size = lengths(j)
     if not (np.isfinite(size).all() and (size > 0).all()):
         return np.zeros(n), np.inf, np.inf
-    scaled = j / size
-    upper: Array = np.asarray(np.linalg.qr(scaled, mode="r"))
+    upper = triangle(j, size)
     condition = float(np.linalg.cond(upper))
     if not condition < CONDITION:
         return np.zeros(n), np.inf, condition
     # Q^T r from the triangular factor alone, with one step of iterative refinement
-    along = np.linalg.solve(upper.T, scaled.T @ r)
-    along += np.linalg.solve(upper.T, scaled.T @ (r - scaled @ np.linalg.solve(upper, along)))
+    along = np.linalg.solve(upper.T, j.T @ r / size)
+    along += np.linalg.solve(upper.T, j.T @ (r - j @ (np.linalg.solve(upper, along) / size)) / size)
     step = -np.linalg.solve(upper, along) / size
     across = max(float(r @ r) - float(along @ along), 0.0)
     if not across or float(along @ along) <= rounding:

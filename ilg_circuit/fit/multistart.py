@@ -10,6 +10,8 @@ from .minimise import Jacobian, Residuals, Run, blur, descend
 
 #: Relative difference of sums of squares up to which minima are the same.
 SAME = 1e-7
+#: Evaluations of a rough descent, and ratio to the least sum of squares up to which it is continued to its minimum.
+_ROUGH_EVALUATIONS, _HOPEFUL = 60, 10.0
 
 
 @dataclass(frozen=True)
@@ -56,12 +58,22 @@ def search(
     most: int = 2000,
     polishes: int = 60,
     enough: int = 0,
+    rough: float = 0.0,
 ) -> Search:
     """Return the descents from all ``starts``, or until ``enough`` of them agree on the best minimum.
 
-    For the other arguments see `minimise.descend`.
+    With a tolerance ``rough`` all starts descend to that first, and only from there to ``tolerance``, if they are among
+    the best. For the other arguments see `minimise.descend`.
     """
     runs: list[Run] = []
+    if rough:
+        runs = [
+            descend(residuals, jacobian, start, tolerance=rough, most=_ROUGH_EVALUATIONS, polishes=0)
+            for start in starts
+        ]
+        limit = _HOPEFUL * min((run.sum_of_squares for run in runs), default=0.0)
+        starts = [run.parameters for run in runs if run.sum_of_squares <= limit]
+        runs = [run for run in runs if run.sum_of_squares > limit]
     for start in starts:
         how = {"rounding": rounding, "tolerance": tolerance}
         runs.append(descend(residuals, jacobian, start, most=most, polishes=polishes, **how))

@@ -20,7 +20,8 @@ Predict = Callable[[Array], Array]
 class WithSlopes:
     """A prediction that knows its derivatives.
 
-    ``slopes`` maps one set (p,) of parameters to the prediction (m,) and its derivatives (m, p) by their logarithms.
+    ``slopes`` maps one set (p,) of parameters to the prediction (m,) and its derivatives (m, p) by their logarithms:
+    new arrays, which the caller may change.
     """
 
     predict: Predict
@@ -55,6 +56,13 @@ class Observation:
     size: float = 1.0
     channels: int = 1
     derivatives: Callable[[Array], Array] | None = None
+
+    @property
+    def weighted(self) -> tuple[Array, Array]:
+        """The data (m,) and the linear terms (m, q) over the sigma."""
+        if np.ndim(self.sigma) == 0 and self.sigma == 1:
+            return self.data, self.nuisance
+        return self.data / self.sigma, self.nuisance / np.atleast_1d(self.sigma)[:, None]
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the pickled state: everything except the model, a function of the fitting process."""

@@ -48,11 +48,15 @@ def outlying(
         if len(rows) <= _NEIGHBOURS:
             continue
         r = residuals[rows]
-        scale = np.maximum(np.maximum(everywhere, _local_deviation(r)), least[rows])
-        around = r[_neighbours(len(rows))]
-        far = np.abs(r - np.median(around, axis=1)) > _FAR * scale
-        apart = np.abs(r - np.median(around, axis=1)) > _OVER_NEIGHBOURS * np.ptp(around, axis=1)
-        found = far & apart & (np.abs(r) > _FAR * scale)
+        scale = np.maximum(everywhere, least[rows])
+        if not (np.abs(r) > _FAR * scale).any():
+            continue
+        scale = np.maximum(scale, _local_deviation(r))
+        found = np.abs(r) > _FAR * scale
+        far = np.flatnonzero(found)
+        around = r[_neighbours(far, len(rows))]
+        distance = np.abs(r[far] - np.median(around, axis=1))
+        found[far] = (distance > _FAR * scale[far]) & (distance > _OVER_NEIGHBOURS * np.ptp(around, axis=1))
         if piece:  # a record without rest begins at an edge, too
             answer = np.abs(data[rows] - (float(data[rows[0] - 1]) if rows[0] else 0.0))
             for k in range(_BEHIND_EDGE):
@@ -74,9 +78,8 @@ def _local_deviation(r: Array) -> Array:
     return np.asarray(median_filter(np.abs(r - middle), width, mode="nearest")) / _MAD
 
 
-def _neighbours(count: int) -> NDArray[np.intp]:
-    """Return for each of ``count`` rows its nearest rows (count, 4), those at the ends inwards."""
-    first = np.clip(np.arange(count) - _NEIGHBOURS // 2, 0, count - _NEIGHBOURS - 1)
+def _neighbours(rows: NDArray[np.intp], count: int) -> NDArray[np.intp]:
+    """Return the nearest of ``count`` rows (m, 4) to each of ``rows`` (m,), at the ends those inwards."""
+    first = np.clip(rows - _NEIGHBOURS // 2, 0, count - _NEIGHBOURS - 1)
     window = first[:, None] + np.arange(_NEIGHBOURS + 1)
-    others = window != np.arange(count)[:, None]
-    return window[others].reshape(count, _NEIGHBOURS)
+    return window[window != rows[:, None]].reshape(-1, _NEIGHBOURS)

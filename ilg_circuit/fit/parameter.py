@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class Scales:
         """Return the scales of ``parameters``, in their order."""
         return cls(np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters]))
 
-    @property
+    @cached_property
     def free(self) -> Mask:
         """True for parameters without limits (n,)."""
         return np.isinf(self.lower)
@@ -72,10 +73,10 @@ class Scales:
         """Return the scales of the ``chosen`` parameters (n,)."""
         return Scales(self.lower[chosen], self.upper[chosen])
 
-    @property
+    @cached_property
     def _lower(self) -> Array:
         return np.where(self.free, 0.0, self.lower)
 
-    @property
+    @cached_property
     def _width(self) -> Array:
         return self.upper - self._lower

@@ -14,6 +14,7 @@ from ..arrays import Array
 from ..errors import InputError, SolveError
 from .observation import Observation, Predict, WithSlopes
 from .parameter import Parameter, Scales
+from .tall import products
 
 Progress = Callable[[], None] | None
 
@@ -78,16 +79,20 @@ class Problem:
     @cached_property
     def data(self) -> Array:
         """All data over their sigmas (samples,)."""
-        return np.concatenate([o.data / o.sigma for o in self.observations])
+        parts = [o.weighted[0] for o in self.observations]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     @cached_property
     def nuisance(self) -> Array:
         """All linear terms over the sigmas (samples, q), in separate columns for each observation."""
-        whole = np.zeros((len(self.data), sum(o.nuisance.shape[1] for o in self.observations)))
+        parts = [o.weighted[1] for o in self.observations]
+        if len(parts) == 1:
+            return parts[0]
+        whole = np.zeros((len(self.data), sum(terms.shape[1] for terms in parts)))
         at = 0
-        for o, rows in zip(self.observations, self.slices, strict=True):
-            whole[rows, at : at + o.nuisance.shape[1]] = o.nuisance / np.atleast_1d(o.sigma)[:, None]
-            at += o.nuisance.shape[1]
+        for terms, rows in zip(parts, self.slices, strict=True):
+            whole[rows, at : at + terms.shape[1]] = terms
+            at += terms.shape[1]
         return whole
 
     @cached_property
@@ -108,10 +113,11 @@ class Problem:
         """Return the predictions over the sigmas (k, samples) of values (k, n)."""
         constant = np.array(list(self.fixed.values()))
         every = np.hstack([values, np.broadcast_to(constant, (len(values), len(constant)))])
-        parts = [
-            _each_once(o.predict, every[:, at]) / o.sigma for o, at in zip(self.observations, self.places, strict=True)
-        ]
-        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+        if len(self.observations) == 1:
+            only = self.observations[0]
+            return only.predict(every[:, self.places[0]]) / only.sigma
+        pairs = zip(self.observations, self.places, strict=True)
+        return np.concatenate([_each_once(o.predict, every[:, at]) / o.sigma for o, at in pairs], axis=1)
 
     def derivatives(self, x: Array) -> tuple[Array, Array]:
         """Return the prediction (samples,) and its derivatives (samples, n) with respect to the coordinates ``x`` (n,).
@@ -152,18 +158,42 @@ class Problem:
         values = np.concatenate([self.scales.values(x), list(self.fixed.values())])
         # of logarithms by coordinates
         turned = np.append(self.scales.slopes(x) / values[: len(x)], np.zeros(len(self.fixed)))
-        prediction, slopes = np.empty(len(self.data)), np.zeros((len(self.data), len(values)))
+        only = self.observations[0]
+        alone = len(self.observations) == 1 and np.array_equal(self.places[0], np.arange(len(values)))
+        if alone and isinstance(only.predict, WithSlopes):
+            found, slopes = only.predict.slopes(values)
+            slopes *= turned
+            slopes /= np.atleast_1d(only.sigma)[:, None]
+            return found / only.sigma, slopes[:, : len(x)]
+        # by columns: the memory of those that an observation does not depend on is never touched
+        prediction, slopes = np.empty(len(self.data)), np.zeros((len(self.data), len(values)), order="F")
         for k, (o, rows, at) in enumerate(zip(self.observations, self.slices, self.places, strict=True)):
             if isinstance(o.predict, WithSlopes):
                 found, by_logarithm = o.predict.slopes(values[at])
-                sigma = np.atleast_1d(o.sigma)[:, None]
                 prediction[rows] = found / o.sigma
-                slopes[rows, at] = by_logarithm * turned[at] / sigma
+                for column, slope in zip(at.tolist(), by_logarithm.T, strict=True):
+                    slopes[rows, column] = slope * turned[column] / o.sigma
             else:
                 part = self.of([k])
                 columns = [self.labels.index(label) for label in part.labels]
                 prediction[rows], slopes[rows, columns] = part.derivatives(x[columns])
         return prediction, slopes[:, : len(x)]
+
+    def information(self, x: Array) -> Array:
+        """Return J^T J (n, n) of the derivatives with respect to the coordinates ``x`` (n,), without the linear terms.
+
+        One observation is predicted after the other.
+        """
+        found = np.zeros((len(x), len(x)))
+        for k in range(len(self.observations)):
+            part = self.of([k])
+            columns = [self.labels.index(label) for label in part.labels]
+            found[np.ix_(columns, columns)] += part.products(part.derivatives(x[columns])[1])
+        return found
+
+    def products(self, slopes: Array) -> Array:
+        """Return J^T J (n, n) of ``slopes`` (samples, n) after projecting out the linear terms."""
+        return np.asarray(sum(products(slopes[part], basis) for part, basis in self._bases))
 
     def sum_of_squares(self, x: Array) -> Array:
         """Return sums of squares (k,) at coordinates (k, n), minimised over the linear terms."""
@@ -171,13 +201,17 @@ class Problem:
 
     def projected(self, rows: Array) -> Array:
         """Return ``rows`` (..., samples) after projecting out the linear terms."""
-        if not self.nuisance.shape[1]:
-            return rows
-        return rows - (rows @ self._basis) @ self._basis.T
+        found = np.array(rows)
+        for part, basis in self._bases:
+            if basis.shape[1]:
+                found[..., part] -= (rows[..., part] @ basis) @ basis.T
+        return found
 
     @cached_property
-    def _basis(self) -> Array:
-        return np.linalg.qr(self.nuisance)[0]
+    def _bases(self) -> tuple[tuple[slice, Array], ...]:
+        """The samples of each observation, and an orthonormal basis (m, q) of its linear terms."""
+        pairs = zip(self.slices, self.observations, strict=True)
+        return tuple((part, np.linalg.qr(o.weighted[1])[0]) for part, o in pairs)
 
     def holding(self, label: str, value: float) -> Problem:
         """Return the problem with one more value fixed."""

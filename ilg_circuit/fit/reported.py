@@ -7,6 +7,7 @@ errors and not noise, an autoregression need not hold.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -39,8 +40,19 @@ class Reported:
         return np.sqrt(np.diag(self.covariance))
 
 
+#: What was found for fits that are still in use.
+_FOUND: WeakKeyDictionary[FitResult, Reported] = WeakKeyDictionary()
+
+
 def with_autocorrelation(fit: FitResult) -> Reported:
     """Return errors and intervals of a ``fit`` of one component that allow for autocorrelated residuals."""
+    found = _FOUND.get(fit)
+    if found is None:
+        found = _FOUND[fit] = _with_autocorrelation(fit)
+    return found
+
+
+def _with_autocorrelation(fit: FitResult) -> Reported:
     noise, blocks = autoregression(fit), block_bootstrap(fit)
     errors = np.maximum(noise.errors, np.finfo(float).tiny)  # zero if the fit is exact
     wider = np.maximum(blocks.errors / errors, 1.0)
@@ -71,7 +83,7 @@ def reported_covariance(fit: FitResult) -> Array:
 def reported_freedom(fit: FitResult) -> Array:
     """Return the degrees of freedom (n,) of `reported_errors`."""
     if not fit.components:
-        return autoregression(fit).freedom if autocorrelated(fit) else fit.freedom
+        return with_autocorrelation(fit).freedom if autocorrelated(fit) else fit.freedom
     found = np.empty(len(fit.values))
     for part in fit.components:
         found[[fit.labels.index(label) for label in part.labels]] = reported_freedom(part)

@@ -16,6 +16,7 @@ from .criteria import likelihood
 from .estimate import Estimate, Estimated
 from .multistart import ONE_START, StartSummary
 from .problem import Problem
+from .tall import lengths, triangle
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -87,8 +88,8 @@ class FitResult(Estimated, Result):
         """Standard errors (n,) with one variance for all observations, s^2 (J^T J)^-1."""
         if len(self.problem.observations) == 1:
             return self.errors
-        size = np.linalg.norm(self.slopes, axis=0)
-        inverse = np.linalg.inv(np.linalg.qr(self.slopes / size, mode="r")) / size[:, None]
+        size = lengths(self.slopes)
+        inverse = np.linalg.inv(triangle(self.slopes, size)) / size[:, None]
         return self.deviation * np.linalg.norm(inverse, axis=1)[: len(self.values)]
 
     @cached_property

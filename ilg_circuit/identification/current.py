@@ -185,7 +185,7 @@ class CurrentData:
     @cached_property
     def nuisance(self) -> Array:
         """Linear terms (samples, q): the offset, and the initial state of a record that begins within a run."""
-        offset = np.ones((len(self.data), int(self.has_offset)))
+        offset = np.broadcast_to(1.0, (len(self.data), int(self.has_offset)))
         if self.record.beginning != "run":
             return offset
         return np.column_stack([offset, decaying_terms(self.since, centred=self.has_offset)])
@@ -222,13 +222,12 @@ class CurrentData:
 
         def slopes(values: Array) -> tuple[Array, Array] | None:
             made = ports(perturbed(values))
-            found = self._modal_slopes(made, t[after])
+            found = self._modal_slopes(made, np.maximum(t, 0.0))
             if found is None:
                 return None
             rest = self._still(made)
-            prediction, each = np.full(len(t), rest[0]), np.tile(differences(rest), (len(t), 1))
-            prediction[after], each[after] = found
-            return prediction, each
+            found[0][~after], found[1][~after] = rest[0], differences(rest)
+            return found
 
         return with_slopes(predict, slopes)
 

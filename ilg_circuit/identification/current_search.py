@@ -113,17 +113,21 @@ def _thinned_problem(problem: Problem, at_times: Callable[[Array], Predict], t: 
 
 def _descents(problem: Problem, starts: Sequence[Array], rounding: float) -> Search:
     evaluate = Evaluation(problem)
-    nothing = np.full(len(problem.data), np.nan)
 
-    def solved(x: Array) -> tuple[Array, Array]:
+    def residuals(x: Array) -> Array:
         try:
-            prediction, slopes = evaluate(x)
+            return problem.projected(evaluate(x)[0] - problem.data)
         except SolveError:  # no valid circuit, or no finite value
-            return nothing, np.zeros((len(nothing), len(x)))
-        return problem.projected(prediction - problem.data), problem.projected(slopes.T).T
+            return np.full(len(problem.data), np.nan)
+
+    def jacobian(x: Array) -> Array:
+        try:
+            return problem.projected(evaluate(x)[1].T).T
+        except SolveError:
+            return np.zeros((len(problem.data), len(x)))
 
     return search(
-        lambda x: solved(x)[0], lambda x: solved(x)[1], starts,
+        residuals, jacobian, starts,
         tolerance=1e-9, rounding=rounding, most=_EVALUATIONS, polishes=4, enough=_AGREEING,
     )  # fmt: skip
 

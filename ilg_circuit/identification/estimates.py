@@ -104,6 +104,7 @@ def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, ons
     the model derives, such as time constants, and for one pole the constants of EC (4). Errors are propagated through
     the slopes of the logarithms. Intervals include the uncertainty of the onset as in `Onsets.widened`, with its
     correlations: an onset that changes R and C in opposite directions does not widen the interval of their product.
+    What follows from held parameters alone has no error, and says so.
     """
     values, model = port.values, port.model
     names, averaging = fit.averaging
@@ -126,10 +127,15 @@ def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, ons
     reach = onsets.reach(noise, quantile, lambda x: logarithms(np.log(fit.problem.scales.values(x)) @ averaging.T))
     below, above = quantile * noise + reach
     rows = zip(found.items(), errors.tolist(), np.exp(-below).tolist(), np.exp(above).tolist(), strict=True)
-    return {
+    estimates = {
         name: Estimate(value, unit, value * error, (value * low, value * high))
         for (name, (value, unit)), error, low, high in rows
     }
+    held = "; ".join(f"as {name}: {reason}" for name, reason in port.fixed.items())
+    for name, felt in zip(found, np.abs(slopes).max(axis=0) > _UNFELT, strict=True):
+        if held and not felt:
+            estimates[name] = Estimate(*found[name], fixed_because=held)
+    return estimates
 
 
 def _following(port: PortFit, moved: dict[str, float]) -> dict[str, tuple[float, str]]:

@@ -7,7 +7,9 @@ that is practically open, are fixed and named.
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
@@ -43,7 +45,10 @@ _RANGE = 100.0
 #: The same for the logit of a parameter with an upper limit.
 _LIMITED_RANGE = 20.0
 _FITS, _MORE_FITS = 8, 12
-_EVALUATIONS = 150
+#: Evaluations of a descent, and the tolerance to which all starts descend before the best go on.
+_EVALUATIONS, _ROUGH = 150, 1e-5
+#: Ratio by which the sum of squares of an open electron path may still fall below that of a rough search.
+_SURPRISE = 4.0
 #: Relative difference of sums of squares below which two runs reached the same minimum.
 _SAME = 1e-6
 
@@ -108,7 +113,7 @@ class ImpedanceData:
         f = self.spectrum.frequency
         return float(f[0]) * 0.999, float(f[-1]) * 1.001
 
-    @property
+    @cached_property
     def _weights(self) -> Array:
         z = self.spectrum.impedance
         size = np.abs(z)
@@ -234,14 +239,21 @@ class ImpedanceData:
         """Return the problem, coordinates and search with Rdc fixed at an open circuit, if the data do not show Rdc."""
         closed = problem.holding(DC, _INFINITE)
         at = problem.labels.index(DC)
-        without = self._search(closed, model, random, np.delete(x, at))
         # Rdc must improve the BIC on independent readings
         residuals = problem.predictions(x[None])[0] - problem.data
         readings, independent = len(residuals), problem.observations[0].independent_samples(residuals)
-        best, other = found.best.sum_of_squares, without.best.sum_of_squares
-        gain = independent * np.log(max(other, 1e-300) / max(best, 1e-300))
+        best = found.best.sum_of_squares
         doubtful = self._lonely_errors(problem, x, best)[at] * np.sqrt(readings / independent) > DETERMINED
-        if gain >= np.log(independent) and not doubtful:
+
+        def gain(other: float) -> float:
+            return float(independent * np.log(max(other, 1e-300) / max(best, 1e-300)) - np.log(independent))
+
+        if not doubtful:  # a rough search is enough where the open path is far from the data
+            rough = self._search(closed, model, deepcopy(random), np.delete(x, at), rough=True)
+            if gain(rough.best.sum_of_squares / _SURPRISE) >= 0:
+                return problem, x, found, {}
+        without = self._search(closed, model, random, np.delete(x, at))
+        if gain(without.best.sum_of_squares) >= 0 and not doubtful:
             return problem, x, found, {}
         x = _within(closed, without.best.parameters)
         return closed, x, without, {DC: self._open_text(closed, model, x)}
@@ -255,9 +267,15 @@ class ImpedanceData:
             return deviation / size
 
     def _search(
-        self, problem: Problem, model: PortModel, random: np.random.Generator, near: Array | None = None
+        self,
+        problem: Problem,
+        model: PortModel,
+        random: np.random.Generator,
+        near: Array | None = None,
+        *,
+        rough: bool = False,
     ) -> Search:
-        """Return descents from starts derived from the data, and from ``near``."""
+        """Return descents from starts derived from the data, and from ``near``; ``rough`` ones are not continued."""
         kind, held = model.kind, model.held or 0.0
         omega = 2 * np.pi * self.spectrum.frequency
 
@@ -278,13 +296,18 @@ class ImpedanceData:
             return [x[k] for k in best if finite[k]]
 
         def descents(starts: list[Array]) -> Search:
-            return search(residuals, jacobian, starts, tolerance=1e-11, rounding=1e-26, most=_EVALUATIONS, polishes=4)
+            if rough:
+                return search(residuals, jacobian, starts, tolerance=_ROUGH, most=_EVALUATIONS // 3, polishes=0)
+            return search(
+                residuals, jacobian, starts,
+                tolerance=1e-11, rounding=1e-26, most=_EVALUATIONS, polishes=4, rough=_ROUGH,
+            )  # fmt: skip
 
         chosen = ([near] if near is not None else []) + suggested(_FITS)
         if not chosen:
             raise SolveError(f"no start of model {kind.name} gives finite residuals for this spectrum")
         found = descents(chosen)
-        if found.near(_SAME) < 2:
+        if found.near(_SAME) < 2 and not rough:
             around = found.best.parameters + random.uniform(-0.3, 0.3, len(problem.labels))
             found = gather([*found.runs, *descents([*suggested(_MORE_FITS), around]).runs], 1e-26)
         return found

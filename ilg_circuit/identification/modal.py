@@ -65,15 +65,23 @@ def modal_current_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array
     ``ports`` are those of `perturbed` values. None where modes cancel.
     """
     found = modal_slopes(port_system(ports), "current", drive.from_rest(), t, STEP)
-    rest = np.array([drive.rest / port.steady_resistance for port in ports])
-    return None if found is None else (found[0] + rest[0], found[1] + differences(rest))
+    return _above(found, np.array([drive.rest / port.steady_resistance for port in ports]))
 
 
 def modal_voltage_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> tuple[Array, Array] | None:
     """Return the same of a port's voltage [V] under a current."""
     found = modal_slopes(_by_current(ports), "voltage", drive.from_rest(), t, STEP)
-    rest = np.array([drive.rest * port.steady_resistance for port in ports])
-    return None if found is None else (found[0] + rest[0], found[1] + differences(rest))
+    return _above(found, np.array([drive.rest * port.steady_resistance for port in ports]))
+
+
+def _above(moved: tuple[Array, Array] | None, rest: Array) -> tuple[Array, Array] | None:
+    """Return what ``moved`` from a state of ``rest`` (2 p + 1,), and its derivatives, with those of that state."""
+    if moved is None:
+        return None
+    prediction, slopes = moved
+    prediction += rest[0]
+    slopes += differences(rest)
+    return prediction, slopes
 
 
 def modal_displacement_slopes(

@@ -157,7 +157,7 @@ def on_all_rows(found: PortFit, progress: Progress = None) -> PortFit:
     data = tuple(d.whole for d in found.data)
     if all(len(d.data) == len(few.data) for d, few in zip(data, found.data, strict=True)):
         return found
-    individual = tuple(_on_all_rows(i, progress) for i in found.individual)
+    individual = tuple(_on_all_rows(i, d, progress) for i, d in zip(found.individual, data, strict=True))
     if len(data) == 1:
         return replace(found, data=data, individual=individual, fit=individual[0].fit)
     sigmas = [o.sigma for o in found.fit.problem.observations]
@@ -167,8 +167,7 @@ def on_all_rows(found: PortFit, progress: Progress = None) -> PortFit:
     return replace(found, data=data, individual=individual, fit=with_starts(again, found.fit.starts))
 
 
-def _on_all_rows(found: IndividualFit, progress: Progress) -> IndividualFit:
-    data = found.data.whole
+def _on_all_rows(found: IndividualFit, data: PortData, progress: Progress) -> IndividualFit:
     if len(data.data) == len(found.data.data):
         return found
     again = fit_near(port_problem((data,), found.model, (1.0,)), found.fit.values, progress)

@@ -169,7 +169,8 @@ def _idle(s: Seen, port: PassivePort, every: Passive, level: float, low: int, en
 
     A port fitted to the readings before must predict a much larger current, and no single port describe both.
     """
-    if float(np.sqrt(np.mean((every.current - s.i)[max(low, s.onset) : end] ** 2))) <= _STRANGE * s.noise:
+    inside = slice(max(low, s.onset), end)
+    if float(np.sqrt(np.mean((every.current[inside] - s.i[inside]) ** 2))) <= _STRANGE * s.noise:
         return None
     rows, back = np.arange(len(s.t)), None if end >= len(s.t) else end
     first, earliest = _beginning(s, port, level, low, low, end)

@@ -7,7 +7,9 @@ thousand, which is enough to distinguish impossible currents from possible ones.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,8 +23,8 @@ _MOST_RATES = 32
 _MOST, _LAST = 4000, 500
 #: Quantile of the intervals that is taken as the shortest interval.
 _SHORT = 0.05
-#: Number of readings whose high-passes are composed at once.
-_BLOCK = 4096
+#: Number of readings whose high-passes are held at once: those of a long record are made again for each fit.
+_BLOCK = 16384
 
 
 @dataclass(frozen=True)
@@ -56,20 +58,41 @@ class PassivePort:
         span = float(t[-1] - t[0])
         low, high = _SLOWEST / span, _FASTEST / float(np.quantile(positive, _SHORT))
         count = min(int(_PER_DECADE * np.log10(high / low)) + 1, _MOST_RATES)
-        rates = np.geomspace(low, high, count)
-        first = None
+        self._t, self._u, self._rates = t, u, np.geomspace(low, high, count)
+        self._first = np.zeros(count)
         if beginning == "step":
-            first = _risen(rates, float(np.median(positive)))[1] * u[0]
-        stored = rates[::2] if beginning == "run" else rates[:0]
-        # one row a column, in place: those of a long record are large
-        rows = np.empty((1 + count + 2 * offset + 2 * len(stored), len(t)))
-        rows[0] = u
-        relaxed(t, u, rates, rows[1 : 1 + count], first)
-        rows[1 + count : 1 + count + 2 * offset] = np.array([[1.0], [-1.0]])[: 2 * offset]
-        decaying = rows[1 + count + 2 * offset :]
-        decaying[: len(stored)] = np.exp(-stored[:, None] * (t - t[0]))
-        decaying[len(stored) :] = -decaying[: len(stored)]
-        self._basis = rows.T
+            self._first = _risen(self._rates, float(np.median(positive)))[1] * u[0]
+        self._offset, self._stored = offset, self._rates[::2] if beginning == "run" else self._rates[:0]
+        self._columns = 1 + count + 2 * offset + 2 * len(self._stored)
+
+    def _blocks(self, columns: Mask) -> Iterator[tuple[slice, Array]]:
+        """Yield the responses (columns, m) of elements at successive parts of the readings."""
+        if len(self._t) <= _BLOCK:
+            yield slice(0, len(self._t)), self._short[columns]
+            return
+        relaxing = columns[1 : 1 + len(self._rates)]
+        rates, state = self._rates[relaxing], self._first[relaxing]
+        for start in range(0, len(self._t), _BLOCK):
+            part = slice(start, start + _BLOCK)
+            waves = relaxed(
+                self._t[max(start - 1, 0) : part.stop], self._u[max(start - 1, 0) : part.stop], rates, state
+            )
+            state = waves[:, -1]
+            yield part, self._responses(part, waves[:, min(start, 1) :], columns)
+
+    @cached_property
+    def _short(self) -> Array:
+        """The responses (columns, n) at all readings of a short record."""
+        waves = relaxed(self._t, self._u, self._rates, self._first)
+        return self._responses(slice(0, len(self._t)), waves, np.ones(self._columns, dtype=bool))
+
+    def _responses(self, part: slice, waves: Array, columns: Mask) -> Array:
+        """Return the chosen responses (columns, m) at a part of the readings; ``waves`` (k, m) are the high-passes."""
+        t = self._t[part]
+        offset = np.repeat(np.array([[1.0], [-1.0]])[: 2 * self._offset], len(t), axis=1)
+        decaying = np.exp(-self._stored[:, None] * (t - self._t[0]))
+        others = np.concatenate([offset, decaying, -decaying])[columns[1 + len(self._rates) :]]
+        return np.concatenate([self._u[None, part][columns[:1]], waves, others])
 
     def fit(self, current: Array, used: Mask) -> Passive:
         """Return the best fit of a port to the readings of ``current`` [A] (n,) that are ``used`` (n,)."""
@@ -82,36 +105,50 @@ class PassivePort:
             rows = rows[
                 np.unique(np.append(np.linspace(0, len(rows) - 1, _MOST).astype(int), np.arange(-_LAST, 0) + len(rows)))
             ]
-        size = np.linalg.norm(self._basis[rows], axis=0)
+        basis = np.empty((len(rows), self._columns))
+        for part, responses in self._blocks(np.ones(self._columns, dtype=bool)):
+            a, b = np.searchsorted(rows, [part.start, part.stop])
+            basis[a:b] = responses[:, rows[a:b] - part.start].T
+        size = np.linalg.norm(basis, axis=0)
         size[size == 0] = 1.0
         scale = float(np.abs(current[rows]).max()) or 1.0
-        table = np.column_stack([self._basis[rows] / size, current[rows] / scale])
+        table = np.column_stack([basis / size, current[rows] / scale])
         triangle: Array = np.asarray(np.linalg.qr(table, mode="r")) if len(table) > table.shape[1] else table
         amounts: Array = nnls(triangle[:, :-1], triangle[:, -1], maxiter=100 * len(size))[0]
         amounts = amounts * scale / size
-        predicted = self._basis @ amounts
+        predicted = np.empty(len(current))
+        for part, responses in self._blocks(amounts > 0):
+            predicted[part] = amounts[amounts > 0] @ responses
         rms = float(np.sqrt(np.mean((predicted - current)[used] ** 2)))
         return Passive(predicted, rms, used)
 
 
-def relaxed(t: Array, u: Array, rates: Array, found: Array, first: Array | None = None) -> None:
-    """Write high-passes s/(s + rate) of a voltage ``u`` [V] that is linear between readings to ``found`` (rates, n).
+def relaxed(t: Array, u: Array, rates: Array, first: Array) -> Array:
+    """Return high-passes s/(s + rate) (rates, n) of a voltage ``u`` [V] that is linear between readings at ``t`` [s].
 
-    ``first`` (rates,) are those at the first reading, zero if it is left out.
+    ``first`` (rates,) are those at the first reading. y[k] = decay[k] y[k - 1] + added[k] is composed in groups of
+    readings, all groups at once, and then from group to group.
     """
-    h, du = np.diff(t), np.diff(u)
-    found[:, 0] = 0.0 if first is None else first
-    for start in range(1, len(t), _BLOCK):
-        part = slice(start - 1, start - 1 + _BLOCK)
-        decay, added = _risen(rates[:, None], h[part])
-        added *= du[part]
-        added[:, 0] += decay[:, 0] * found[:, start - 1]
-        shift = 1
-        while shift < added.shape[1]:  # y[k] = decay[k] y[k - 1] + added[k], composed over twice as many readings
-            added[:, shift:] += decay[:, shift:] * added[:, :-shift]
-            decay[:, shift:] *= decay[:, :-shift].copy()
-            shift *= 2
-        found[:, start : start + _BLOCK] = added
+    steps = len(t) - 1
+    length = int(np.sqrt(steps)) + 1
+    count = -(-steps // length)
+
+    def grouped(values: Array) -> Array:  # (length, 1, groups)
+        return np.append(values, np.zeros(length * count - steps)).reshape(count, length).T[:, None]
+
+    decay, added = _risen(rates[:, None], grouped(np.diff(t)))
+    added *= grouped(np.diff(u))
+    for k in range(1, length):
+        added[k] += decay[k] * added[k - 1]
+        decay[k] *= decay[k - 1]
+    begins = np.empty((len(rates), count))
+    begin = first
+    for k in range(count):
+        begins[:, k] = begin
+        begin = decay[-1, :, k] * begin + added[-1, :, k]
+    added += decay * begins
+    found = added.transpose(1, 2, 0).reshape(len(rates), -1)[:, :steps]
+    return np.concatenate([first[:, None], found], axis=1)
 
 
 def _risen(rates: Array, h: Array | float) -> tuple[Array, Array]:

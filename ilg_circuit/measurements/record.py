@@ -36,6 +36,8 @@ class Channel:
 
     def without(self, samples: Mask) -> Channel:
         """Return the channel without some ``samples`` (n,)."""
+        if not samples.any():
+            return self
         return replace(self, time=self.time[~samples], values=self.values[~samples])
 
     @property

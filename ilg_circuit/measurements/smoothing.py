@@ -95,12 +95,13 @@ def _local_parabolas(t: Array, y: Array, width: int) -> tuple[Array, Array]:
         inside = first[rows, None] + np.arange(width)
         x = t[inside] - t[rows, None]
         x = x / np.abs(x).max(axis=1, keepdims=True)
-        powers = np.stack([(x**k).sum(axis=1) for k in range(5)])
+        square = x * x
+        powers = np.stack([term.sum(axis=1) for term in (np.ones_like(x), x, square, square * x, square * square)])
         matrix = powers[np.add.outer(np.arange(3), np.arange(3))].transpose(2, 0, 1)
         unit = np.broadcast_to(np.array([[1.0], [0.0], [0.0]]), (len(x), 3, 1))
         # the estimate at x = 0 is weights @ y, and the sum of their squares is the first element of the inverse
         first_column = np.linalg.solve(matrix, unit)[:, :, 0]
-        weights = first_column[:, :1] + first_column[:, 1:2] * x + first_column[:, 2:] * x**2
+        weights = first_column[:, :1] + first_column[:, 1:2] * x + first_column[:, 2:] * square
         estimate[rows] = (weights * y[inside]).sum(axis=1)
         factor[rows] = np.sqrt(np.maximum(first_column[:, 0], 0.0))
     return estimate, factor

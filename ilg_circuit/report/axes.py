@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import Drive
@@ -53,6 +54,8 @@ FIT: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "label": "fit"}
 ROUNDING = 1e-9
 #: Sharpness [points an inch] of a picture on a screen, and of one whose size was given, for print.
 _SCREEN, _PRINT = 150, 300
+#: Number of points up to which all are drawn, and of cells along and across a panel that hold one each beyond that.
+_MOST_POINTS, _CELLS = 50_000, (1500, 200)
 
 
 #: True while new figures are made through pyplot, which a notebook shows.
@@ -277,6 +280,23 @@ def _continued(time: Array, values: Array, at: float, first: int) -> float:
         return float(values[0])
     (t0, t1), (y0, y1) = time[first:][:2], values[first:][:2]
     return float(y0 + (y1 - y0) / (t1 - t0) * (at - t0))
+
+
+def distinct(x: Array, y: Array, *, logarithmic: bool = False) -> NDArray[np.intp]:
+    """Return the rows, in order, of points (n,) of a panel that do not hide each other: all but those of long records.
+
+    One point is drawn in each of so many cells that their width is less than a marker's; on a ``logarithmic`` axis
+    points at or below 0 are not seen.
+    """
+    if len(x) <= _MOST_POINTS:
+        return np.arange(len(x))
+    seen = np.flatnonzero(x > 0) if logarithmic else np.arange(len(x))
+    places = (np.log(x[seen]) if logarithmic else x[seen], y[seen])
+    cells = np.zeros(len(seen), dtype=np.intp)
+    for values, count in zip(places, _CELLS, strict=True):
+        low, span = float(values.min()), float(np.ptp(values)) or 1.0
+        cells = cells * count + np.minimum((count / span * (values - low)).astype(np.intp), count - 1)
+    return seen[np.sort(np.unique(cells, return_index=True)[1])]
 
 
 def axis_label(name: str, unit: str) -> str:

@@ -33,6 +33,7 @@ from .axes import (
     Panels,
     blank,
     caption,
+    distinct,
     drive_points,
     engineering,
     heading,
@@ -123,7 +124,10 @@ def _fit(result: Identification, name: str, panel: Axes, **style: Any) -> None:
     t, data, fitted, unit, window = _drawn_over_time(result)[name]
     factor, label = scaled(panel.yaxis, data, unit)
     look: dict[str, Any] = FIT | style
-    panel.plot(t, factor * data, ".", color=GREY, markersize=2.5, label="measured")
+    shown = distinct(t, data, logarithmic=_of_step(result))
+    panel.plot(t[shown], factor * data[shown], ".", color=GREY, markersize=2.5, label="measured")
+    shown = distinct(t, fitted, logarithmic=_of_step(result))
+    t, fitted = t[shown], fitted[shown]
     inside = t <= window
     jumps = _onset_and_jumps(result, t) if name in BY_TIME else np.empty(0)
     panel.plot(*with_jumps(t[inside], factor * fitted[inside], jumps), **look)
@@ -139,7 +143,8 @@ def _fit_residuals(result: Identification, name: str, panel: Axes) -> None:
     inside = t <= window
     residuals = (data - fitted)[inside]
     factor, label = engineering(residuals, unit)
-    panel.plot(t[inside], factor * residuals, ".", color=GREY, markersize=2)
+    shown = distinct(t[inside], residuals, logarithmic=_of_step(result))
+    panel.plot(t[inside][shown], factor * residuals[shown], ".", color=GREY, markersize=2)
     panel.axhline(0.0, color=BLUE, linewidth=0.8)
     panel.set_ylabel(f"residual [{label}]")
 
@@ -147,6 +152,7 @@ def _fit_residuals(result: Identification, name: str, panel: Axes) -> None:
 def _drive(result: Identification, panel: Axes, **style: Any) -> None:
     first, drive = _drive_of(result)
     after = first.abscissa[first.abscissa >= 0]
+    after = after[distinct(after, after)]
     look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.2} | style
     panel.plot(*drive_points(drive, after), **look)
     panel.set_ylabel("current [A]" if by_current(drive) else "voltage [V]")
@@ -172,11 +178,17 @@ def _onset_and_jumps(result: Identification, time: Array) -> Array:
 def _since_onset(result: Identification, panel: Axes) -> None:
     """Label the time axis; make it logarithmic for a step."""
     first = result.data[0]
-    if isinstance(first, CurrentData) and first.level is not None:
+    if _of_step(result):
         after = first.abscissa[first.abscissa > 0]
         panel.set_xscale("log")
         panel.set_xlim(after[0], after[-1])
     panel.set_xlabel("time since the onset [s]")
+
+
+def _of_step(result: Identification) -> bool:
+    """Return True for a record of a step, whose time axis is logarithmic."""
+    first = result.data[0]
+    return isinstance(first, CurrentData) and first.level is not None
 
 
 def _annotate(panel: Any, result: Identification) -> None:
@@ -265,10 +277,11 @@ def _waveforms(panel: Any, o: ObservationFit, style: Mapping[str, Any] = _JOINT,
     if o.predicted is not None and alone:
         curves.append((o.predicted, {"color": ORANGE, "linewidth": 1.1, "linestyle": "--", "label": "from the others"}))
     factor, label = scaled(panel.yaxis, np.abs(o.data), "\N{OHM SIGN}" if spectrum else o.unit)
-    x, shown = _abscissa(panel, o)
+    x, shown, logarithmic = _abscissa(panel, o)
     for values, look in curves:
-        sizes = np.abs(values) if spectrum else values
-        panel.plot(x, factor * sizes[shown], **look)
+        sizes = (np.abs(values) if spectrum else values)[shown]
+        rows = distinct(x, sizes, logarithmic=logarithmic)
+        panel.plot(x[rows], factor * sizes[rows], **look)
     if spectrum and np.ptp(np.log(np.abs(o.data))) > np.log(_DECADE):
         panel.set_yscale("log")
     panel.set_ylabel(f"{'abs(Z)' if spectrum else o.quantity}\n[{label}]", fontsize="small")
@@ -278,7 +291,7 @@ def _waveforms(panel: Any, o: ObservationFit, style: Mapping[str, Any] = _JOINT,
 def _residuals(panel: Any, o: ObservationFit) -> None:
     """Draw residuals of the joint fit and of the prediction, in percent of the observation's size."""
     spectrum = o.quantity == "impedance"
-    x, shown = _abscissa(panel, o)
+    x, shown, logarithmic = _abscissa(panel, o)
     size = np.abs(o.data) if spectrum else o.size
     for fitted, colour in ((o.predicted, ORANGE), (o.fitted, BLUE)):
         if fitted is None:
@@ -288,21 +301,22 @@ def _residuals(panel: Any, o: ObservationFit) -> None:
             panel.plot(x, share.real, ".-", color=colour, markersize=3, linewidth=0.6)
             panel.plot(x, share.imag, "x-", color=colour, markersize=3, linewidth=0.6)
         else:
-            panel.plot(x, share, ".", color=colour, markersize=2)
+            rows = distinct(x, share, logarithmic=logarithmic)
+            panel.plot(x[rows], share[rows], ".", color=colour, markersize=2)
     panel.axhline(0.0, color=GREY, linewidth=0.8)
     panel.set_ylabel("residual\n[%]", fontsize="small")
     panel.set_xlabel("frequency [Hz]" if spectrum else "time since the onset [s]", fontsize="small")
     panel.tick_params(labelsize="small")
 
 
-def _abscissa(panel: Any, o: ObservationFit) -> tuple[Array, Mask]:
-    """Return the abscissa and a mask of the samples shown; the axis is logarithmic for a wide range."""
+def _abscissa(panel: Any, o: ObservationFit) -> tuple[Array, Mask, bool]:
+    """Return the abscissa, a mask of the samples shown, and True for a wide range, whose axis is logarithmic."""
     positive = o.abscissa[o.abscissa > 0]
     logarithmic = o.quantity == "impedance" or positive[-1] > _LOG_SPAN * positive[0]
     if logarithmic:
         panel.set_xscale("log")
     shown = o.abscissa > 0 if logarithmic else np.ones(len(o.abscissa), dtype=bool)
-    return o.abscissa[shown], shown
+    return o.abscissa[shown], shown, logarithmic
 
 
 def _comparison(rows: tuple[ObservationFit, ...], panel: Any) -> Axes:

@@ -8,6 +8,7 @@ the next record shows it, too.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -53,11 +54,13 @@ def prediction_band(
     engine: str = "ngspice",
     wires: Wiring | None = None,
     misfit: bool = True,
+    sums: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Band:
     """Return the band for `ilg_circuit.simulation.response.simulate` with the same arguments.
 
-    It holds the ``misfit`` of the fit's records, too, where the strip knows it, for a voltage and a free tip.
-    Raises InputError where the actuator brings no covariance (it was not fitted), or one whose names it does not have.
+    ``sums`` are further waveforms by name, each the circuit's outputs with their weights. The band holds the ``misfit``
+    of the fit's records, too, where the strip knows it, for a voltage and a free tip. Raises InputError where the
+    actuator brings no covariance (it was not fitted), or one whose names it does not have.
     """
     uncertainty = actuator.uncertainty
     if uncertainty is None:
@@ -77,8 +80,12 @@ def prediction_band(
     up, down = np.split(waveforms.values, 2)
     slopes = (up - down) / (2 * _STEP)
     covariance = np.array(uncertainty.covariance)
+    place = {name: k for k, name in enumerate(waveforms.names)}
+    further = [sum(w * slopes[:, place[name]] for name, w in of.items()) for of in (sums or {}).values()]
+    if further:
+        slopes = np.concatenate([slopes, np.stack(further, axis=1)], axis=1)
     variance = np.einsum("pot,pq,qot->ot", slopes, covariance, slopes)
-    errors = dict(zip(waveforms.names, np.sqrt(np.clip(variance, 0.0, None)), strict=True))
+    errors = dict(zip((*waveforms.names, *(sums or ())), np.sqrt(np.clip(variance, 0.0, None)), strict=True))
     if (
         misfit
         and tip == "free"
@@ -89,7 +96,8 @@ def prediction_band(
         for left in uncertainty.residuals:
             if left.quantity in errors:
                 errors[left.quantity] = np.hypot(errors[left.quantity], misfit_of(left, drive, waveforms.times))
-    return Band(waveforms.times, {name: error for name, error in errors.items() if name in WAVEFORMS})
+    kept = {*WAVEFORMS, *(sums or ())}
+    return Band(waveforms.times, {name: error for name, error in errors.items() if name in kept})
 
 
 def misfit_of(left: Residuals, drive: PiecewiseLinear | Sine, times: Array) -> Array:

@@ -92,6 +92,8 @@ def write_inputs(folder: Path) -> None:
     texts["journal.mplstyle"] = "font.size: 8\nlines.linewidth: 1\n"
     texts["tip.csv"] = track_texts.TRACKS["CSV, pixels"][0]()
     texts["motion.csv"] = _DRIVE.replace("voltage_V", "displacement_mm")
+    texts["bend.csv"] = "time_s,curvature_1_1/m,curvature_4_1/m,angle_rad\n0,0,0,0\n5,2,-1,0.02\n9,0,1,0\n"
+    texts["segments.csv"] = "time_s,voltage_1_V,voltage_3_V\n0,0,0\n1,2,-1\n5,1,1\n"
     texts["trial.csv"] = "time_s,voltage_V,displacement_mm\n0,0,0\n1,1,0.1\n2,0.5,0.15\n"
     texts["own.py"] = "def step(reference, measured):\n    return 1e3 * (reference - measured)\n"
     texts["tuned.json"] = _TUNED

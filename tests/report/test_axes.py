@@ -9,7 +9,7 @@ import pytest
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.provenance import Provenance
-from ilg_circuit.report.axes import engineering, new_figure, save
+from ilg_circuit.report.axes import distinct, engineering, new_figure, save
 
 SIGNATURES = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
 
@@ -53,3 +53,17 @@ def test_readable_units(largest: float, unit: str, factor: float, label: str) ->
     found, text = engineering(np.array([0.0, -largest, np.nan]), unit)
     assert found == pytest.approx(factor)
     assert text == label
+
+
+def test_a_long_record_is_drawn_by_points_that_do_not_hide_each_other() -> None:
+    x = np.linspace(0.0, 100.0, 200_000)
+    y = np.sin(x) + 0.01 * np.random.default_rng(1).standard_normal(len(x))
+    assert np.array_equal(distinct(x[:1000], y[:1000]), np.arange(1000))
+    for logarithmic in (False, True):
+        rows = distinct(x, y, logarithmic=logarithmic)
+        assert len(rows) < 0.3 * len(x)
+        assert (np.diff(rows) > 0).all()
+        place = np.log(x[rows]) if logarithmic else x[rows]
+        # every point has a drawn one within a cell, by the extremes of the curve
+        assert abs(float(y[rows].max() - y.max())) < 0.02
+        assert float(np.diff(place).max()) < (1.0 if logarithmic else 0.1)
