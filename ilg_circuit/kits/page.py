@@ -108,15 +108,11 @@ leaves open, not how strips differ from one another.
 
 _MISFIT = """
 The covariance is not all that a measurement leaves open. The file of the strip also states what its model left of the
-records beyond their noise, {misfit} rms: no parameter moves that, so corners.cir and monte_carlo.cir are without it.
-`ilg-circuit simulate --band` has it.
-"""
+records beyond their noise, rms over the time since a jump and per volt:
 
-_SENSING = """
-## The strip as a sensor
+{misfit}
 
-The file of the strip has a measured law of its signal as a sensor, [sensing]. The subcircuit is without it: moved at
-the pin `tip`, it answers by reciprocity. `ilg-circuit sense` has the measured law.
+No parameter moves that, so corners.cir and monte_carlo.cir are without it. `ilg-circuit simulate --band` has it.
 """
 
 _NO_MONTE_CARLO = """
@@ -148,14 +144,13 @@ def page(made: Plan, tolerance: Tolerances | None, beam: str, origin: Provenance
     }
     text = f"# Kit of the strip {made.actuator.name}\n\n" + "".join(f"{line}  \n" for line in origin.lines()) + "\n"
     text += _ALONE.format(**values)
-    sensing = _SENSING if made.actuator.sensing is not None else ""
     if tolerance is None:
-        return text + _PAGE.format(**values) + sensing + _NO_MONTE_CARLO
+        return text + _PAGE.format(**values) + _NO_MONTE_CARLO
     errors = zip(tolerance.names, tolerance.stderr, strict=True)
     names = "\n".join(f"- {name}, standard error {error:.2g} of its value" for name, error in errors)
     fixed = f"\n{', '.join(tolerance.fixed)}: cannot be moved here, as fitted.\n" if tolerance.fixed else ""
-    text += _SPREAD.format(sigmas=SIGMAS, count=COUNT) + _PAGE.format(**values) + sensing
+    text += _SPREAD.format(sigmas=SIGMAS, count=COUNT) + _PAGE.format(**values)
     text += _MONTE_CARLO.format(n=len(tolerance.names), names=names, fixed=fixed)
     left = made.actuator.uncertainty.residuals if made.actuator.uncertainty is not None else ()
-    told = " and ".join(f"{format_quantity(each.rms, each.unit, 2)} of the {each.quantity}" for each in left)
+    told = "\n".join(f"- {each.quantity}: {format_quantity(each.rms, each.unit, 2)}" for each in left)
     return text + (_MISFIT.format(misfit=told) if left else "")
