@@ -121,10 +121,10 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 @pytest.fixture
 def brisk(monkeypatch: pytest.MonkeyPatch) -> None:
     """Searches for designs with fewer scattered designs and starts: enough for problems as plain as the tests'."""
-    from ilg_circuit.study import search
+    from ilg_circuit.study import search, space
 
     for table, values in (
-        (search.INITIAL_POINTS, {"exact": 128, "ngspice": 16}),
+        (space.INITIAL_POINTS, {"exact": 128, "ngspice": 16}),
         (search.STARTS, {"exact": 4, "ngspice": 2}),
         (search.POLISHING, {"exact": (2, 8), "ngspice": (1, 4)}),
     ):

@@ -27,6 +27,8 @@ _BLOCK = 2000
 _FELT = 1e-13
 #: The same as `CANCELLING` for derivatives, and the relative change of poles for theirs.
 _SLOPES_CANCELLING, _TURN = 1e4, 1e-5
+#: The same for panels, which are good to seven digits.
+_CANCELLING_ON_PANELS = 1e7
 #: Samples per edge of the drive above which a run is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 2
 #: Largest number of values in stored exponentials: an irregular grid needs one exponential per interval.
@@ -55,7 +57,7 @@ def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
 
     By modes, as `exact_outputs`. Raises SolveError when the result is not finite.
     """
-    if (found := _by_modes(system, drive, panels.points.ravel())) is not None:
+    if (found := _by_modes(system, drive, panels.points.ravel(), _CANCELLING_ON_PANELS)) is not None:
         return found.reshape(*found.shape[:2], *panels.points.shape)
     inputs = _inputs(drive, panels.starts, panels.widths)
     fractions = np.append(FRACTIONS[1:], 1.0)
@@ -63,10 +65,11 @@ def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
     return _finite(np.concatenate(outputs, axis=2))
 
 
-def _by_modes(system: StateSpace, drive: Drive, times: Array) -> Array | None:
+def _by_modes(system: StateSpace, drive: Drive, times: Array, cancelling: float = CANCELLING) -> Array | None:
     """Return all outputs (n, outputs, times), from rest at t = 0, as sums of modes; None where modes cancel.
 
-    And None for circuits of several sources, or with constant ones.
+    That is where their terms are more than ``cancelling`` times the output. And None for circuits of several sources,
+    or with constant ones.
     """
     if isinstance(drive, Drives) or system.b.shape[2] != 2 or system.b[..., 1].any() or system.d[..., 1].any():
         return None
@@ -84,7 +87,7 @@ def _by_modes(system: StateSpace, drive: Drive, times: Array) -> Array | None:
                 result[some, :, part] += np.real(amounts[some] @ waves.transpose(1, 2, 0))
                 largest[some] = np.maximum(largest[some], np.abs(waves).max(axis=0, initial=0.0))
         terms += (np.abs(amounts) @ largest[..., None])[..., 0]
-    tell_apart = (terms <= CANCELLING * np.abs(result).max(axis=2)).all()
+    tell_apart = (terms <= cancelling * np.abs(result).max(axis=2)).all()
     return result if np.isfinite(terms).all() and tell_apart else None
 
 

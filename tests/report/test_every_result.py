@@ -65,7 +65,7 @@ from ilg_circuit.simulation.sensing import Sensed, sense
 from ilg_circuit.simulation.shape import Shape
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import load_actuator
-from ilg_circuit.study import search
+from ilg_circuit.study import search, space
 from ilg_circuit.study.design import DesignReport, design
 from ilg_circuit.study.pareto import Front
 from ilg_circuit.study.sweep import SweepResult, sweep
@@ -75,7 +75,7 @@ T = np.linspace(0.0, 100.0, 51)
 
 def _design() -> DesignReport:
     with pytest.MonkeyPatch.context() as patch:
-        for table, value in ((search.INITIAL_POINTS, 64), (search.STARTS, 2), (search.POLISHING, (1, 2))):
+        for table, value in ((space.INITIAL_POINTS, 64), (search.STARTS, 2), (search.POLISHING, (1, 2))):
             patch.setitem(table, "exact", value)
         asked: dict[str, Any] = {"require": ["displacement_final>=3mm"], "minimise": "energy", "points": 3}
         vary = ["thickness=0.3mm:0.8mm", "voltage=2V:4V"]
