@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from ..arrays import Array
 from .state_space import StateSpace
@@ -15,6 +17,9 @@ from .state_space import StateSpace
 _CHUNK = 32
 #: Largest factor by which modes may cancel; the same factor of accuracy is lost.
 CANCELLING = 1e5
+#: Ratio of poles above which a decomposition is sharpened, in how many corrections, and relative distance up to which
+#: poles count as nearly equal.
+_STIFF, _CORRECTIONS, _CLOSE = 1e4, 3, 1e-3
 #: Below this a Taylor series of five terms is exact to the last digits.
 _SMALL = 1e-2
 #: Most netlists that are solved as one circuit, and the largest ratio of their fastest modes: they share one grid.
@@ -65,14 +70,68 @@ def decomposed(system: StateSpace) -> tuple[Numbers, Numbers, Numbers, Numbers] 
     # fast states first, so that slow poles keep their accuracy
     order = np.argsort(-np.abs(np.diagonal(system.a, axis1=1, axis2=2)), axis=1, kind="stable")
     one = np.arange(len(order))[:, None]
+    a = system.a[one[..., None], order[:, :, None], order[:, None]]
     try:
-        poles, shapes = np.linalg.eig(system.a[one[..., None], order[:, :, None], order[:, None]])
+        poles, shapes = np.linalg.eig(a)
         left = np.linalg.inv(shapes)
+        for k in np.flatnonzero(_spread(poles) > _STIFF).tolist():
+            poles[k], left[k], shapes[k] = _sharpened(a[k], poles[k], left[k], shapes[k])
     except np.linalg.LinAlgError:
         return None
     with np.errstate(all="ignore"):
         cancelling = np.einsum("nks,nsk->nk", np.abs(left), np.abs(shapes)).max(initial=1.0)
     return (poles, left, shapes, order) if cancelling < CANCELLING else None
+
+
+def _spread(poles: Numbers) -> Array:
+    """Return the ratio of the fastest pole of each system to its slowest that is not zero (n,)."""
+    sizes = np.abs(poles)
+    fastest = sizes.max(axis=1, initial=0.0)
+    slowest = np.where(sizes > np.finfo(float).eps ** 2 * fastest[:, None], sizes, np.inf).min(axis=1, initial=np.inf)
+    return np.asarray(fastest / slowest)
+
+
+def _sharpened(a: Array, poles: Numbers, left: Numbers, shapes: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """Return poles (s,) and vectors (s, s) of one system whose slow modes are as accurate as its fast ones.
+
+    An eigenvalue routine errs in proportion to the fastest pole. In the basis of its vectors the matrix is diagonal up
+    to these errors: corrections of first order part poles that are distinct, as Newton's method does, and clusters of
+    nearly equal ones are decomposed once more by themselves. Pairs stay conjugate.
+    """
+    sizes = np.abs(poles)
+    close = np.abs(poles[:, None] - poles) <= _CLOSE * np.maximum.outer(sizes, sizes)
+    count, cluster = connected_components(csr_array(close), directed=False)
+    apart = cluster[:, None] != cluster
+    for _ in range(_CORRECTIONS):
+        left = 2 * left - (left @ shapes) @ left
+        seen = left @ a @ shapes
+        moved = np.divide(seen, np.diagonal(seen) - np.diagonal(seen)[:, None], out=np.zeros_like(seen), where=apart)
+        shapes, left = shapes + shapes @ moved, left - moved @ left
+    found = poles.copy(), left.copy(), shapes.copy()
+    for k in range(count):
+        own = np.flatnonzero(cluster == k)
+        above = own[poles[own].imag > 0]
+        if len(above) == len(own):
+            # the conjugate of each pole stands behind it
+            new = _within(a, left[own], shapes[:, own])
+            for at, part in ((own, new), (own + 1, tuple(np.conj(x) for x in new))):
+                found[0][at], found[1][at], found[2][:, at] = part
+        elif len(above) or (poles[own].imag == 0).any():
+            real = own[poles[own].imag == 0]
+            dual = np.concatenate([left[real].real, 2 * left[above].real, -2 * left[above].imag])
+            basis = np.concatenate([shapes[:, real].real, shapes[:, above].real, shapes[:, above].imag], axis=1)
+            new = _within(a, dual, basis)
+            if np.iscomplexobj(new[0]) and not np.iscomplexobj(poles):
+                raise np.linalg.LinAlgError("two real poles became a pair")
+            at = np.concatenate([real, *([k, k + 1] for k in above)]).astype(int)
+            found[0][at], found[1][at], found[2][:, at] = new
+    return found
+
+
+def _within(a: Array, left: Numbers, shapes: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """Return the modes of a matrix within a subspace, by its left (m, s) and right (s, m) vectors."""
+    poles, turned = np.linalg.eig(left @ a @ shapes)
+    return poles, np.linalg.inv(turned) @ left, shapes @ turned
 
 
 def phi(z: Numbers, order: int) -> Numbers:
