@@ -146,7 +146,7 @@ def track(
     >>> cut = ilg.PAPER.with_(electrodes=sheets)
     >>> bent = ilg.track(cut, {1: "sine:5 1/m,5mHz", 2: "sine:-5 1/m,5mHz"}, "200 s", nodes=41, beam="static")
     >>> bent.followed, [f"{max(volts):.2f} V" for volts in bent.voltages.values()]
-    (True, ['2.47 V', '2.36 V'])
+    (True, ['3.16 V', '2.23 V'])
     """
     require_control()
     actuator = strip_of(strip)
