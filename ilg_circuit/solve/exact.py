@@ -37,13 +37,14 @@ _MOST_KEPT = 20_000_000
 _MOST_WAVES = 4_000_000
 
 
-def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
+def exact_outputs(system: StateSpace, drive: Drive, times: Array, *, modes: bool = True) -> Array:
     """Return the outputs at ``times`` [s] (ascending, >= 0), from rest at t = 0; shape (n, outputs, times).
 
     A sample on a jump of the drive is the right limit. By modes, which cost less than exponentials and keep the digits
-    of slow states beside fast ones, unless they cancel. Raises SolveError when the result is not finite.
+    of slow states beside fast ones, unless they cancel or ``modes`` is False. Raises SolveError when the result is not
+    finite.
     """
-    if (found := _by_modes(system, drive, times)) is not None:
+    if modes and (found := _by_modes(system, drive, times)) is not None:
         return found
     grid = interval_grid(drive, times)
     inputs = np.append(_inputs(drive, grid[:-1], np.diff(grid)), _inputs(drive, grid[-1:]), axis=1)
@@ -82,7 +83,8 @@ def _by_modes(system: StateSpace, drive: Drive, times: Array, cancelling: float 
     terms = np.zeros(result.shape[:2])
     for poles, amounts in _parted(modes.poles, modes.shown * modes.excited[:, None, :, 0]):
         largest = np.zeros(poles.shape)
-        for some in np.array_split(np.arange(len(poles)), min(-(-poles.size * _BLOCK // _MOST_WAVES), len(poles))):
+        parts = max(min(-(-poles.size * _BLOCK // _MOST_WAVES), len(poles)), 1)
+        for some in np.array_split(np.arange(len(poles)), parts):
             for part, waves in under(poles[some], drive, times):
                 result[some, :, part] += np.real(amounts[some] @ waves.transpose(1, 2, 0))
                 largest[some] = np.maximum(largest[some], np.abs(waves).max(axis=0, initial=0.0))

@@ -59,6 +59,8 @@ _CAREFUL = 1.5
 _LONGER_JUMPS = (1.0, 10.0, 100.0)
 #: Number of samples at which the exact engine's rounding is estimated, and factor for the other samples.
 _COMPARED, _LIKELY = 40, 10.0
+#: Error of the exact engine by modes up to which exponentials are not tried.
+_ROUNDED_LITTLE = 1e-8
 
 
 @dataclass(frozen=True)
@@ -143,8 +145,7 @@ def transient(
                 "the exact engine solves linear circuits only, and this one is not; "
                 f"use {argument('engine', 'ngspice')}"
             )
-        values = exact_with_work(system, drive, samples, works)
-        return Waveforms(samples, values, _rounding(nets[0], drive, samples, works, values), names, "exact")
+        return Waveforms(samples, *_exactly(nets[0], system, drive, samples, works), names, "exact")
     if engine != "ngspice":
         raise InputError(f"engine is '{engine}'; choose ngspice or exact")
     if samples[-1] == 0:
@@ -169,11 +170,29 @@ def transient(
     return Waveforms(samples, values, errors, names, "ngspice")
 
 
-def _rounding(netlist: Netlist, drive: Drive, samples: Array, works: Sequence[Work], values: Array) -> Array:
+def _exactly(
+    netlist: Netlist, system: StateSpace, drive: Drive, samples: Array, works: Sequence[Work]
+) -> tuple[Array, Array]:
+    """Return values and errors by the exact engine: by exponentials where these are rounded less than modes."""
+    judged = [*(not output.probe for output in netlist.outputs), *(not work.probe for work in works)]
+    found, least = (np.empty(0), np.empty(0)), np.inf
+    for modes in (True, False):
+        values = exact_with_work(system, drive, samples, works, modes=modes)
+        errors = _rounding(netlist, drive, samples, works, values, modes=modes)
+        if (worst := float(errors[:, judged].max(initial=0.0))) < least:
+            found, least = (values, errors), worst
+        if worst <= _ROUNDED_LITTLE:
+            break
+    return found
+
+
+def _rounding(
+    netlist: Netlist, drive: Drive, samples: Array, works: Sequence[Work], values: Array, *, modes: bool
+) -> Array:
     """Return errors (n, outputs) of the exact engine: the change by another order of the first netlist's elements."""
     some = np.unique(np.linspace(0, len(samples) - 1, _COMPARED).astype(int))
     other = state_space([replace(netlist, elements=netlist.elements[::-1])])
-    again = exact_with_work(other, drive, samples[some], works)
+    again = exact_with_work(other, drive, samples[some], works, modes=modes)
     difference = np.abs(again - values[:1, :, some]).max(axis=2)
     scale = np.abs(values).max(axis=2)
     errors = np.divide(difference, scale[:1], out=np.zeros_like(difference), where=scale[:1] > 0)

@@ -86,20 +86,23 @@ def gauss(count: int) -> tuple[Array, Array]:
     return (nodes + 1) / 2, weights / 2
 
 
-def exact_with_work(system: StateSpace, drive: Drive, times: Array, works: Sequence[Work]) -> Array:
+def exact_with_work(
+    system: StateSpace, drive: Drive, times: Array, works: Sequence[Work], *, modes: bool = True
+) -> Array:
     """Return the outputs at ``times`` [s] and after them the works, (n, outputs + works, t), by the exact engine.
 
-    The works by five Gauss points in every interval in which outputs and drive are smooth.
+    The works by five Gauss points in every interval in which outputs and drive are smooth. ``modes`` as for
+    `exact_outputs`.
     """
     if not works:
-        return exact_outputs(system, drive, times)
+        return exact_outputs(system, drive, times, modes=modes)
     intervals = smooth_intervals(system.poles().ravel(), drive, float(times[-1]) or 1e-300)
     ends = np.union1d(times, intervals[intervals <= times[-1]])
     fractions, weights = gauss(5)
     widths = np.diff(ends)[:, None]
     points = ends[:-1, None] + widths * fractions
     grid = np.union1d(times, points.ravel())
-    outputs = exact_outputs(system, drive, grid)
+    outputs = exact_outputs(system, drive, grid, modes=modes)
     inside = np.searchsorted(grid, points.ravel())
     power = powers(works, system.output_names, drive.value(grid[inside]), outputs[..., inside])
     steps = (power.reshape(*power.shape[:2], *points.shape) * (widths * weights)).sum(axis=-1)

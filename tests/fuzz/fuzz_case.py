@@ -28,6 +28,7 @@ import numpy as np
 import track_texts
 
 from ilg_circuit.cli import main
+from ilg_circuit.commands import stopping
 from ilg_circuit.errors import IlgWarning, InputError
 from ilg_circuit.measurements.kind import LOAD_TEST
 from ilg_circuit.measurements.read import read, read_load_test
@@ -108,7 +109,11 @@ def write_inputs(folder: Path) -> None:
 
 
 def warm() -> None:
-    """Have the arm's kernels compiled, once after a change of them, before any case is timed."""
+    """Have the arm's kernels compiled, once after a change of them, before any case is timed.
+
+    And let a time limit wait for what is being computed, since its last resort is to end this process.
+    """
+    stopping._PATIENCE = LONGEST
     for how in (["--formulation", "beam"], ["--formulation", "yekutieli"], ["--method", "implicit"]):
         with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
             line = ["arm", *how, "--duration", "1ms", "--samples", "2", "--segments", "2", "--out", f"{folder}/a.nc"]
