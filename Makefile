@@ -71,6 +71,7 @@ fuzz: .venv/.stamp-dev
 	$(bin)/python tests/fuzz commands 20000 --state fuzz-commands.jsonl
 
 mutants: .venv/.stamp-dev
+	$(bin)/python scripts/calls_of_tests.py --state calls_of_tests.jsonl
 	$(bin)/python scripts/mutants.py --state mutants.jsonl
 
 # Other programs that answers are compared with; some of them do not install everywhere.

@@ -19,6 +19,8 @@ from ilg_circuit.drive import PiecewiseLinear, Sine
 
 #: Tolerance of an integration in time.
 _RTOL = 2e-13
+#: Fewest steps of a piece, between which values are interpolated.
+_FEWEST = 50
 
 
 def nonlinear_reference(run: Run) -> dict[str, Any]:
@@ -53,9 +55,8 @@ def _integrated(
 ) -> tuple[float, Any]:
     """Integrate to ``stop`` or to the first zero of a charge; the end and the states there."""
     count = equations.count if equations.slope else 0
-    solver = DOP853(
-        partial(equations.rates, u=u), at, x, stop, rtol=_RTOL, atol=equations.scale * 1e-13, max_step=(stop - at) / 4
-    )
+    longest, sizes = (stop - at) / _FEWEST, equations.scale * 1e-13
+    solver = DOP853(partial(equations.rates, u=u), at, x, stop, rtol=_RTOL, atol=sizes, max_step=longest)
     while solver.status == "running":
         message = solver.step()
         if solver.status == "failed":

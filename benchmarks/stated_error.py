@@ -3,14 +3,15 @@
 Random strips of every model, drives, loads and sample times, against the equations solved by themselves
 (`strip_equations`). Writes STATED_ERROR.md.
 
-python benchmarks/stated_error.py [--linear 1000] [--nonlinear 300] [--seed 1] [--engine ngspice] [--list]
+python benchmarks/stated_error.py [--linear 1000] [--nonlinear 300] [--exact 200] [--seed 1] [--state FILE] [--list]
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -182,11 +183,11 @@ def judged(run: Run, told: str, engine: str = "ngspice") -> Judged:
 
 
 def runs(
-    count: int, models: tuple[str, ...], seed: int, engine: str = "ngspice", seconds: float = np.inf
+    count: int, models: tuple[str, ...], seed: int, engine: str = "ngspice", seconds: float = np.inf, first: int = 0
 ) -> Iterator[Judged | str]:
-    """Runs of ``models`` judged one after the other, for so many ``seconds``; of one that is refused, the words."""
+    """Runs of ``models`` judged from the ``first`` on, for so many ``seconds``; of one that is refused, the words."""
     begin = perf_counter()
-    for k in range(count):
+    for k in range(first, count):
         if perf_counter() - begin > seconds:
             return
         run, told = random_run(np.random.default_rng([seed, k]), models)
@@ -194,6 +195,27 @@ def runs(
             yield judged(run, f"#{k} {told}", engine)
         except (InputError, SolveError) as error:
             yield f"#{k} {told}: {error}"
+
+
+class State:
+    """What came of earlier runs, line by line in a file of JSON, if there is one; ``seed`` is that of its runs."""
+
+    def __init__(self, path: Path | None, seed: int) -> None:
+        self._path, self._seed = path, seed
+        lines = path.read_text(encoding="utf-8").splitlines() if path and path.exists() else []
+        self._known = [json.loads(line) for line in lines]
+
+    def of(self, name: str) -> list[Judged | str]:
+        """The runs of a kind that are done, in their order."""
+        kept = [one["found"] for one in self._known if (one["kind"], one["seed"]) == (name, self._seed)]
+        return [one if isinstance(one, str) else Judged(**one) for one in kept]
+
+    def add(self, name: str, found: Judged | str) -> None:
+        """Keep one more."""
+        if self._path:
+            one = found if isinstance(found, str) else asdict(found)
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"kind": name, "seed": self._seed, "found": one}) + "\n")
 
 
 def table(name: str, found: list[Judged | str]) -> list[str]:
@@ -223,21 +245,24 @@ def main() -> list[Figure]:
     parser.add_argument("--exact", type=int, default=200, help="linear runs of the exact engine")
     parser.add_argument("--minutes", type=float, default=np.inf, help="stop after so long, with what is done by then")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--state", type=Path, help="file of JSON lines that a later call goes on from")
     parser.add_argument("--list", action="store_true", help="print every run, write no page")
     asked = parser.parse_args()
     rows: list[str] = []
     missed: list[str] = []
     refused: list[str] = []
     figures: list[Figure] = []
+    state = State(asked.state, asked.seed)
     for name, count, models, engine in (
         ("linear, ngspice", asked.linear, LINEAR, "ngspice"),
         ("nonlinear, ngspice", asked.nonlinear, NONLINEAR, "ngspice"),
         ("linear, exact engine", asked.exact, LINEAR, "exact"),
     ):
-        found = []
+        found = state.of(name)[:count]
         share = count / (asked.linear + asked.nonlinear + asked.exact)
-        for one in runs(count, models, asked.seed, engine, 60 * asked.minutes * share):
+        for one in runs(count, models, asked.seed, engine, 60 * asked.minutes * share, len(found)):
             found.append(one)
+            state.add(name, one)
             if asked.list:
                 print(one if isinstance(one, str) else one.line(), flush=True)
         if not any(isinstance(one, Judged) for one in found):

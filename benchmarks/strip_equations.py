@@ -24,8 +24,9 @@ GAMMA, GRAVITY = "1.875104068711961", "9.80665"
 _PANEL, _NARROW = 2.0, 0.25
 #: Modes of a finite Warburg element that are taken one by one.
 _DISCRETE = 100
-#: Relaxations up to so many a run are sections; faster ones a resistor.
-_FASTEST = 1e10
+#: Relaxations up to so many a run are sections, faster ones a resistor; and for displacements, which those hardly
+#: change, but to which the rounding of so many modes adds as much as 1e-4.
+_FASTEST, _FASTEST_MOVING = 1e10, 1e7
 
 
 @dataclass(frozen=True)
@@ -109,8 +110,8 @@ def hanging_share(run: Run) -> mpmath.mpf:
     return total / (curvature * at**2 / 2)
 
 
-def ion_path(e: dict[str, Any], end: float) -> Ions:
-    """The ion path; an integral of relaxations fine enough for a run of ``end`` [s]."""
+def ion_path(e: dict[str, Any], end: float, most: float = _FASTEST) -> Ions:
+    """The ion path; an integral of relaxations fine enough for a run of ``end`` [s], up to so many a run."""
     given, (rs, farad) = e["constants"], e["branches"][0]
     if "interface_time" in given:
         tau, a = given["diffusion_time"], given["diffusion_exponent"]
@@ -121,18 +122,18 @@ def ion_path(e: dict[str, Any], end: float) -> Ions:
             arc, diffusion = (x * t) ** alpha, (x * tau) ** a
             return r / (1 + arc) + rw * (1 + np.exp(-2 * diffusion)) / -np.expm1(-2 * diffusion) / diffusion
 
-        return _integral(rs, randles, end, fine=(1.0 / tau, 3e3 / tau))
+        return _integral(rs, randles, end, most, fine=(1.0 / tau, 3e3 / tau))
     if "diffusion_time" in given:
-        return _warburg(rs, given["diffusion_time"], farad, end)
+        return _warburg(rs, given["diffusion_time"], farad, end, most)
     if "cpe_exponent" in given:
-        return _integral(rs, lambda x: x ** -given["cpe_exponent"] / farad, end)
+        return _integral(rs, lambda x: x ** -given["cpe_exponent"] / farad, end, most)
     return Ions(tuple(e["branches"]))
 
 
-def _warburg(rs: float, tau: float, farad: float, end: float) -> Ions:
+def _warburg(rs: float, tau: float, farad: float, end: float, most: float) -> Ions:
     """Rw coth(x)/x, x = sqrt(s tau): a capacitor and modes k of rate (k pi)^2/tau, beyond some a continuum of k."""
     x, w = np.polynomial.legendre.leggauss(6)
-    last = max(math.sqrt(_FASTEST * tau / end) / np.pi, _DISCRETE)
+    last = max(math.sqrt(most * tau / end) / np.pi, _DISCRETE)
     edges = (_DISCRETE + 0.5) * 2.0 ** np.arange(math.ceil(math.log2(last / _DISCRETE)) + 1)
     k = (edges[:-1, None] + np.diff(edges)[:, None] * (x + 1) / 2).ravel()
     counts = (np.diff(edges)[:, None] * w / 2).ravel()
@@ -150,12 +151,12 @@ def _descending(r: Any, c: Any) -> tuple[tuple[float, float], ...]:
     return tuple(zip(r[order], c[order], strict=True))
 
 
-def _integral(rs: float, z: Any, end: float, fine: tuple[float, float] | None = None) -> Ions:
+def _integral(rs: float, z: Any, end: float, most: float, fine: tuple[float, float] | None = None) -> Ions:
     """Z(s) = integral of w/(s + lambda) over lambda, w = -Im Z(-lambda + i0)/pi, on panels of ln(lambda).
 
     Panels have eight points each; they are narrow between the rates ``fine``, where the density has peaks.
     """
-    edges = np.arange(math.log(1e-7 / end), math.log(_FASTEST / end), _PANEL)
+    edges = np.arange(math.log(1e-7 / end), math.log(most / end), _PANEL)
     if fine is not None:
         first, last = (int(np.searchsorted(edges, math.log(f))) for f in fine)
         narrow = np.arange(edges[first - 1], edges[last], _NARROW)
@@ -285,16 +286,13 @@ def modes_of(run: Run, *, electrons: bool = True) -> Modes:
     e = lumped(run, number)
     if not electrons:
         e["dc"] = 0
-    ions = ion_path(e, float(run.times[-1]))
-    a, b, c, d = linear_system(run, e, ions, number)
-    wide = np.clongdouble
     if not exact:
-        poles, shapes = np.linalg.eig(np.asarray(a, dtype=float))
-        excited = np.linalg.solve(shapes, np.asarray(b, dtype=complex))
-        amounts = (np.asarray(c, dtype=float) @ shapes) * excited
-        once = linear_system(run, e, replace(ions, series=ions.at_once), number)[3]
-        direct, at_once = (np.asarray(x, dtype=np.longdouble) for x in (d, once))
-        return Modes(poles.astype(wide), amounts.astype(wide), direct, at_once)
+        current, moving = (_rounded(run, e, most) for most in (_FASTEST, _FASTEST_MOVING))
+        apart = [np.pad(current.amounts[0], (0, len(moving.poles))), np.pad(moving.amounts[1], (len(current.poles), 0))]
+        direct, once = (np.array([x[0], y[1]]) for x, y in ((current.direct, moving.direct),
+                                                           (current.at_once, moving.at_once)))  # fmt: skip
+        return Modes(np.append(current.poles, moving.poles), np.array(apart), direct, once)
+    a, b, c, d = linear_system(run, e, ion_path(e, float(run.times[-1])), number)
     with mpmath.workdps(30):
         found, vectors = mpmath.eig(mpmath.matrix(a.tolist()))
         excited = mpmath.lu_solve(vectors, mpmath.matrix(b.tolist()))
@@ -302,6 +300,18 @@ def modes_of(run: Run, *, electrons: bool = True) -> Modes:
         made = [[amounts[i, j] * excited[j] for j in range(len(found))] for i in range(2)]
     direct = np.array([np.longdouble(str(x)) for x in d])
     return Modes(_wide(found), np.array([_wide(x) for x in made]), direct, direct)
+
+
+def _rounded(run: Run, e: dict[str, Any], most: float) -> Modes:
+    """The modes with an integral of relaxations up to so many (``most``) a run, found in doubles."""
+    ions, wide = ion_path(e, float(run.times[-1]), most), np.clongdouble
+    a, b, c, d = linear_system(run, e, ions, float)
+    poles, shapes = np.linalg.eig(np.asarray(a, dtype=float))
+    excited = np.linalg.solve(shapes, np.asarray(b, dtype=complex))
+    amounts = (np.asarray(c, dtype=float) @ shapes) * excited
+    once = linear_system(run, e, replace(ions, series=ions.at_once), float)[3]
+    direct, at_once = (np.asarray(x, dtype=np.longdouble) for x in (d, once))
+    return Modes(poles.astype(wide), amounts.astype(wide), direct, at_once)
 
 
 def _wide(values: Any) -> Any:

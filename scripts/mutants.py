@@ -1,11 +1,13 @@
 """Samples small faults in the engine's code, one at a time, and counts how many the tests notice.
 
 A fault is one operator, comparison, constant or sign changed. Each runs in a process of its own, on a copy of the
-repository, with only the tests that concern its module: those that import it, then those of its room; the first test
-that fails ends it. ``--state`` keeps one line of JSON a mutant, and a later run goes on from there. Survivors that no
-test can or need tell from the code are listed with the reason in mutants.toml, by module and change.
+repository, with only the tests that call its function, the shortest first, for as long as `ENOUGH` allows. Where none
+is recorded to call it, the test files run that import its module, then those of its room. The first test that fails
+ends it. ``--state`` keeps one line of JSON a mutant, and a later run goes on from there. Survivors that no test can or
+need tell from the code are listed with the reason in mutants.toml, by module and change.
 
 usage: python scripts/mutants.py [--count 300] [--seed 0] [--state mutants.jsonl] [--rooms solve,circuit,fit,arms]
+                                 [--calls calls_of_tests.jsonl, from calls_of_tests.py]
 """
 
 from __future__ import annotations
@@ -29,10 +31,14 @@ from contextlib import chdir
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from calls_of_tests import Calls, read
+
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("solve", "circuit", "fit", "arms")
 #: Processor time [s] that the tests of a mutant may take; one that makes them endless is noticed.
 LONGEST = 300
+#: Processor time [s] of the tests that a mutant is tried on, where it is known which ones call its function.
+ENOUGH = 100
 #: What tests need besides the package.
 _COPIED = (
     *("ilg_circuit", "tests", "data", "netlists", "pyproject.toml", "examples", "docs", "README.md", "scripts"),
@@ -163,8 +169,38 @@ def tests_of(module: str) -> list[str]:
     return [path.relative_to(ROOT).as_posix() for path in near + far]
 
 
+def function_at(source: str, site: int) -> str:
+    """Return the name of the innermost function around a site, "" for one that runs as its module is imported."""
+    tree = ast.parse(source)
+    node = list(sites(tree))[site]
+    name = ""
+    for function in ast.walk(tree):  # outer ones before inner ones
+        body = getattr(function, "body", []) if isinstance(function, ast.FunctionDef) else []
+        if any(node is part for statement in body for part in ast.walk(statement)):
+            name = function.name if isinstance(function, ast.FunctionDef) else name
+    return name
+
+
+def callers(module: str, function: str, calls: Calls) -> list[str]:
+    """Return the tests that call a function, or any of its module where it is "": the shortest first, `ENOUGH`."""
+    named = f"{module}:{function}"
+    found = [
+        (float(test["seconds"]), name)
+        for name, test in calls.items()
+        if (named in test["functions"] if function else any(f.startswith(named) for f in test["functions"]))
+    ]
+    chosen: list[str] = []
+    spent = 0.0
+    for seconds, name in sorted(found):
+        spent += seconds
+        if chosen and spent > ENOUGH:
+            break
+        chosen.append(name)
+    return chosen
+
+
 def run_tests(folder: Path, files: list[str]) -> str:
-    """Run test files in a process forked from this one; return "killed", "survived", or "endless".
+    """Run tests or test files in a process forked from this one; return "killed", "survived", or "endless".
 
     Raises RuntimeError where they could not be run at all.
     """
@@ -216,6 +252,7 @@ def main() -> int:
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--state", type=Path, default=ROOT / "mutants.jsonl")
     options.add_argument("--rooms", default=",".join(ROOMS))
+    options.add_argument("--calls", type=Path, default=ROOT / "calls_of_tests.jsonl")
     options.add_argument("--again", action="store_true", help="run the survivors of the state once more")
     given = options.parse_args()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -229,6 +266,7 @@ def main() -> int:
 
     lines = given.state.read_text(encoding="utf-8").splitlines() if given.state.exists() else []
     results = {(r["module"], r["site"]): r for r in map(json.loads, lines)}
+    calls = {name: test for tests in read(given.calls).values() for name, test in tests.items()}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for part in _COPIED:
@@ -244,8 +282,9 @@ def main() -> int:
             text, found = mutated(source_text, site)
             (folder / module).write_text(text, encoding="utf-8")
             begin = time.monotonic()
+            tests = callers(module, function_at(source_text, site), calls) or tests_of(module)
             try:
-                outcome = run_tests(folder, tests_of(module))
+                outcome = run_tests(folder, tests)
             except RuntimeError:
                 print((folder / "output.txt").read_text()[-2000:])
                 raise

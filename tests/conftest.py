@@ -52,10 +52,11 @@ def pytest_configure(config: pytest.Config) -> None:
     config.option.loadscopereorder = False
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the longest files first."""
-    rank = {name: place for place, name in enumerate(LONGEST)}
-    items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Put the longest files first where several workers share them."""
+    if hasattr(config, "workerinput"):
+        rank = {name: place for place, name in enumerate(LONGEST)}
+        items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
 
 
 @pytest.fixture(autouse=True)
@@ -120,10 +121,10 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 @pytest.fixture
 def brisk(monkeypatch: pytest.MonkeyPatch) -> None:
     """Searches for designs with fewer scattered designs and starts: enough for problems as plain as the tests'."""
-    from ilg_circuit.study import search
+    from ilg_circuit.study import search, space
 
     for table, values in (
-        (search.INITIAL_POINTS, {"exact": 128, "ngspice": 16}),
+        (space.INITIAL_POINTS, {"exact": 128, "ngspice": 16}),
         (search.STARTS, {"exact": 4, "ngspice": 2}),
         (search.POLISHING, {"exact": (2, 8), "ngspice": (1, 4)}),
     ):

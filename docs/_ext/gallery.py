@@ -47,6 +47,7 @@ ORDER = (
     "tune_a_controller",
     "neglected_beam",
     "follow_a_path",
+    "shape_by_segments",
     "learn_over_trials",
     "close_the_loop",
     "drying_strip",

@@ -10,6 +10,7 @@ In: an `Actuator`, with the covariance of its fit if it has one, and what is ask
     bound.py      the shortest time in which any voltage within the limit settles
     search.py     the law that is best among many;      tune.py   the request and its answer
     programme.py  the voltage nearest to a path, a convex programme;   track.py  the path and its answer
+    track_shape.py  the voltages of segments for a path of the shape;   tracked_shape.py  its answer
     learn.py      the voltage for a path over repeated trials, and how fast their error falls
     sampled.py    a sampled controller within the transient, in either engine;   behavioural.py  a law in the circuit
     drift.py      a strip that changes while it runs;   adaptive.py   a PI that identifies it and follows

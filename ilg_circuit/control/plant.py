@@ -23,6 +23,8 @@ from ..strip.ladder import LADDER_BAND
 TIPS = {"displacement": "free", "force": "clamped"}
 #: Largest Markov parameter that counts as zero, relative to the scale of the poles.
 _ZERO = 1e-6
+#: Speed of a pole that counts as none, in parts of the fastest.
+_STILL = 1e-7
 #: Condition of eigenvectors above which a response is not summed from modes.
 _NEARLY_PARALLEL = 1e6
 
@@ -60,6 +62,12 @@ class Plant:
                 return degree, value
             row = row @ self.a
         raise InputError("the strip's voltage does not move its tip")
+
+
+def speeds(a: Array) -> Array:
+    """Return the speeds [1/s] of the poles of A but those of integrators, which stand still up to rounding."""
+    found = np.abs(np.linalg.eigvals(a).real)
+    return np.asarray(found[found > _STILL * found.max()])
 
 
 def responses(plants: list[Plant], frequency: Array) -> ComplexArray:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from ..arrays import Array, plain
@@ -18,12 +20,12 @@ from ..files import write_csv
 from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..simulation.prediction_band import prediction_band
-from ..simulation.response import Response, simulate, transient_band
+from ..simulation.response import Response, line_of, simulate, transient_band
 from ..simulation.waveforms import WAVEFORMS
 from ..solve.state_space import state_space
 from ..strip.actuator import Actuator
 from .bound import fastest_settling
-from .plant import TIPS, Plant, plants_of, unit_of
+from .plant import TIPS, plants_of, speeds, unit_of
 from .programme import Answers, Limits, answers, nearest_voltage
 
 #: Nodes of the voltage, the most of them, and the largest error of a path that counts as followed, in parts of it.
@@ -230,7 +232,8 @@ def track(
     fine = np.linspace(0.0, duration, 2 * nodes - 1)
     wanted = path.value(fine)
     mounted: dict[str, Any] = {"tip": TIPS[quantity], "beam": beam, "load": load}
-    net = strip_netlist(actuator, **mounted, band=transient_band(fine))
+    line, _ = line_of(actuator, transient_band(fine), None, limits.voltage)
+    net = strip_netlist(actuator, **mounted, band=transient_band(fine), **line)
     system = state_space([net.linearised()])
     about = answers(system, at, quantity)
     how = {**mounted, "engine": engine}
@@ -242,7 +245,11 @@ def track(
     values = nearest_voltage(about, wanted, at, limits)
     response = run(values)
     if not net.linear:
-        values, response, about = _newton(values, response, about, wanted, at, limits, run, quantity)
+
+        def seen(response: Response) -> tuple[Array, Array]:
+            return response.waveforms[quantity], response.current[::2]
+
+        values, response = newton(values, response, about, wanted, at, limits, run, seen)
     drive = response.drive
     assert isinstance(drive, PiecewiseLinear)
     reach = abs(plant.gain) * limits.voltage
@@ -254,9 +261,9 @@ def track(
         drive=drive,
         limits=limits,
         response=response,
-        at_limit=_at_limit(values, response, at, limits),
+        at_limit=float(touched(values, response.current[::2], at, limits).mean()),
         reach=reach,
-        rate=_largest_rate(plant, limits.voltage),
+        rate=float(largest_rates(plant.a, limits.voltage * plant.b[:, None], plant.c[None])[0]),
         bound=fastest_settling(plant, size, limits.voltage) if 0 < size <= reach else None,
         stderr=prediction_band(actuator, drive, fine, misfit=False, **how).stderr[quantity] if band else None,
         quantity=quantity,
@@ -264,32 +271,36 @@ def track(
     return replace(tracked, findings=(*drive_findings(path), *_findings(tracked)))
 
 
-def _newton(
+def newton(
     values: Array,
     response: Response,
     about: Answers,
     wanted: Array,
     at: Array,
-    limits: Limits,
-    run: Any,
-    quantity: str,
-) -> tuple[Array, Response, Answers]:
-    """Return voltage, run and answers of a nonlinear strip: steps of Gauss and Newton about its own runs.
+    limits: Limits | Sequence[Limits],
+    run: Callable[[Array], Response],
+    seen: Callable[[Response], tuple[Array, Array]],
+    **how: float,
+) -> tuple[Array, Response]:
+    """Return the voltages and the run of a nonlinear strip: steps of Gauss and Newton about its own runs.
 
-    The step responses stay those about rest; what the strip adds to them is taken from its run.
+    The step responses stay those about rest; what the strip adds to them is taken from its run, of which ``seen`` gives
+    the outputs and currents as `Answers` has them. ``how`` is for `nearest_voltage`.
     """
+    volt = min(of.voltage for of in ([limits] if isinstance(limits, Limits) else limits))
     for _ in range(_STEPS):
+        output, flowing = seen(response)
         about = replace(
             about,
-            offset=response.waveforms[quantity] - about.output @ values,
-            flowing=response.current[::2] - about.current @ values,
+            offset=output - about.output @ values,
+            flowing=flowing - about.current @ values,
             spent=float(response.energy[-1] - values @ about.energy @ values),
         )
-        found = nearest_voltage(about, wanted, at, limits)
+        found = nearest_voltage(about, wanted, at, limits, **how)
         moved = float(np.abs(found - values).max())
         values, response = found, run(found)
-        if moved <= _SAME * limits.voltage:
-            return values, response, about
+        if moved <= _SAME * volt:
+            return values, response
     raise SolveError(
         f"the nonlinear strip's voltage still moves by {moved:.2g} V after {_STEPS} steps; use fewer nodes"
     )
@@ -307,27 +318,30 @@ def require_path(limits: Limits, nodes: int, duration: float) -> None:
         raise InputError(f"{argument('duration')} {duration:g} s must be more than zero")
 
 
-def _at_limit(values: Array, response: Response, at: Array, limits: Limits) -> float:
-    """Return the share of intervals in which a limit is reached at their end."""
-    touched = np.abs(values) >= limits.voltage * (1 - _AT)
+def touched(values: Array, current: Array, at: Array, limits: Limits) -> NDArray[np.bool_]:
+    """Return whether a limit is reached at each node (n,), of a voltage and a current there."""
+    found: NDArray[np.bool_] = np.abs(values) >= limits.voltage * (1 - _AT)
     if limits.slew is not None:
         rates = np.abs(np.diff(values, prepend=values[0])) / (at[1] - at[0])
-        touched |= rates >= limits.slew * (1 - _AT)
+        found |= rates >= limits.slew * (1 - _AT)
     if limits.current is not None:
-        touched |= np.abs(response.current[::2]) >= limits.current * (1 - _AT)
-    return float(touched.mean())
+        found |= np.abs(current) >= limits.current * (1 - _AT)
+    return found
 
 
-def _largest_rate(plant: Plant, volt: float) -> float:
-    """Return the largest rate of the output that a step of ``volt`` [V] gives: its answer to an impulse."""
-    rates = np.abs(plant.poles.real)
-    most, scales = 0.0, 1 + int(np.ceil(np.log10(rates.max() / rates.min())))
+def largest_rates(a: Array, b: Array, c: Array) -> Array:
+    """Return the largest rate of each output (T,) that steps of all inputs, 1 or -1, give: answers to impulses.
+
+    b is (s, inputs), c is (T, s).
+    """
+    rates = speeds(a)
+    most, scales = np.zeros(len(c)), 1 + int(np.ceil(np.log10(rates.max() / rates.min())))
     for rate in np.geomspace(rates.min(), rates.max(), scales):
-        moved, state = expm(plant.a * (_LONG / rate / _FINE)), plant.b
+        moved, state = expm(a * (_LONG / rate / _FINE)), b
         for _ in range(_FINE):
-            most = max(most, abs(float(plant.c @ state)))
+            most = np.maximum(most, np.abs(c @ state).sum(axis=1))
             state = moved @ state
-    return most * volt
+    return most
 
 
 def _findings(tracked: Tracked) -> tuple[Finding, ...]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypedDict, Unpack, overload
 
 from ..circuit.load import Hung, load_of
 from ..control.close import Closed, read_controller
@@ -13,56 +13,100 @@ from ..control.export import c_text
 from ..control.export import to_control as control_of
 from ..control.op_amps import OpAmps
 from ..control.plant import unit_of
-from ..control.programme import Limits
 from ..control.sampled import Late, Sensor
 from ..control.track import NODES, Tracked
 from ..control.track import track as track_room
+from ..control.track_shape import track_shape
+from ..control.tracked_shape import TrackedShape
 from ..errors import InputError, argument, checked
 from ..extras import require_control, require_python_control
+from ..simulation.response import Response
 from .given import Driven, Given, Strip, drive_of, engine_of, lasting, optional, quantity
 from .given import load as strip_of
 from .goals import drift_of
+from .targets import Targets, lasting_all, limits_of, targets_of
 
 
-@checked
+class _Asked(TypedDict, total=False):
+    """Limits, mechanics and solver of `track`."""
+
+    voltage: Given | Sequence[Given]
+    slew: Given | Sequence[Given] | None
+    current: Given | Sequence[Given] | None
+    energy: Given | None
+    alike: bool
+    nodes: int
+    beam: str | None
+    load: Hung
+    band: bool
+    engine: str | None
+
+
+@overload
 def track(
     strip: Strip,
     path: Driven,
     duration: Given | None = None,
     *,
-    quantity: str = "displacement",
-    voltage: Given = 4.0,
-    slew: Given | None = None,
-    current: Given | None = None,
+    quantity: Literal["displacement", "force"] = "displacement",
+    **asked: Unpack[_Asked],
+) -> Tracked: ...
+@overload
+def track(
+    strip: Strip,
+    path: Driven | Targets,
+    duration: Given | None = None,
+    *,
+    quantity: Literal["shape"],
+    **asked: Unpack[_Asked],
+) -> TrackedShape: ...
+@overload
+def track(strip: Strip, path: Targets, duration: Given | None = None, **asked: Unpack[_Asked]) -> TrackedShape: ...
+@checked
+def track(
+    strip: Strip,
+    path: Driven | Targets,
+    duration: Given | None = None,
+    *,
+    quantity: str | None = None,
+    voltage: Given | Sequence[Given] = 4.0,
+    slew: Given | Sequence[Given] | None = None,
+    current: Given | Sequence[Given] | None = None,
     energy: Given | None = None,
+    alike: bool = False,
     nodes: int = NODES,
     beam: str | None = None,
     load: Hung = None,
     band: bool = False,
     engine: str | None = None,
-) -> Tracked:
-    """Return the voltage whose displacement, or force, is nearest to a path, within limits, and how near that is.
+) -> Tracked | TrackedShape:
+    """Return the voltage whose displacement, force or shape is nearest to a path, within limits, and how near that is.
 
     Parameters
     ----------
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
-    path : str, Drive or (times, values)
+    path : str, Drive, (times, values), mapping or Response
         Where the tip shall be: a text such as "sine:1mm,10mHz" or "file:path.csv" (the forms of `sense`), or a pair of
-        times [s] and positions [m] (n,). For a force the same in newtons: "sine:100nN,5mHz".
+        times [s] and positions [m] (n,). For a force the same in newtons: "sine:100nN,5mHz". For a shape a mapping
+        ``{"curvature_1": "step:10 1/m", "curvature_2": (times, values), "displacement": "sine:1mm,5mHz"}``, with the
+        curvature [1/m] of a segment also under its number; or a file with such columns; or a run of `simulate`.
     duration : float or str, optional
-        Duration [s]; not needed for a file or a pair of arrays, which end by themselves.
-    quantity : {"displacement", "force"}
-        What follows the path: the displacement of the free tip, or the blocked force of the clamped one, as
-        ``simulate(..., tip="clamped")`` gives it.
-    voltage : float or str
-        Limit [V] of the voltage, of either sign.
-    slew : float or str, optional
-        Limit [V/s] of the voltage's rate, such as "1 V/s"; the voltage then starts from zero.
-    current : float or str, optional
-        Limit [A] of the current, at the nodes.
+        Duration [s]; not needed for a file, a pair of arrays or a run, which end by themselves.
+    quantity : {"displacement", "force", "shape"}, optional
+        What follows the path: the displacement of the free tip; the blocked force of the clamped one, as
+        ``simulate(..., tip="clamped")`` gives it; or the shape of a strip with segments, each with a voltage of its
+        own (default: displacement, of several paths the shape).
+    voltage : float, str or list
+        Limit [V] of the voltage, of either sign; of a shape one for all segments, or one for each.
+    slew : float, str or list, optional
+        Limit [V/s] of the voltage's rate, such as "1 V/s", likewise; the voltage then starts from zero.
+    current : float, str or list, optional
+        Limit [A] of the current, at the nodes, likewise.
     energy : float or str, optional
-        Limit [J] of the energy that is delivered.
+        Limit [J] of the energy that is delivered, by all sources.
+    alike : bool
+        Gives all segments one voltage, for a shape.
     nodes : int
         Number of points, equally apart, between which the voltage is straight.
     beam : {"dynamic", "static"}, optional
@@ -76,10 +120,11 @@ def track(
 
     Returns
     -------
-    Tracked
+    Tracked or TrackedShape
         ``time`` [s], ``path``, ``output`` and ``error`` [m] or [N], ``displacement`` [m], ``force`` [N], ``voltage``
         [V] and ``current`` [A], each an array (m,); ``drive`` for `simulate`; ``followed``, ``at_limit``, ``reach`` [m]
-        or [N], ``rate`` [m/s] or [N/s]. See `ilg.results`.
+        or [N], ``rate`` [m/s] or [N/s]. Of a shape ``paths``, ``outputs`` and ``errors`` by target, ``voltages`` and
+        ``currents`` by segment. See `ilg.results`.
 
     Raises
     ------
@@ -97,25 +142,32 @@ def track(
     >>> pressed = ilg.track("paper", "sine:100nN,5mHz", "400 s", quantity="force", nodes=101, beam="static")
     >>> pressed.followed, f"{1e9 * max(pressed.force):.0f} nN, {max(pressed.voltage):.2f} V"
     (True, '100 nN, 2.62 V')
+    >>> sheets = {"sheet_resistance_1": 5, "sheet_resistance_2": 5, "segments_1": 2, "segments_2": 2, "cells": 4}
+    >>> cut = ilg.PAPER.with_(electrodes=sheets)
+    >>> bent = ilg.track(cut, {1: "sine:5 1/m,5mHz", 2: "sine:-5 1/m,5mHz"}, "200 s", nodes=41, beam="static")
+    >>> bent.followed, [f"{max(volts):.2f} V" for volts in bent.voltages.values()]
+    (True, ['2.47 V', '2.36 V'])
     """
     require_control()
     actuator = strip_of(strip)
-    seconds = optional(duration, "s", "duration")
-    source = drive_of(path, seconds or 0.0, unit_of(quantity))
-    limits = _limits(voltage, slew, current, energy)
     chosen = engine or ("exact" if actuator.material.model.linear else engine_of(None, actuator))
-    how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen}
-    return track_room(actuator, source, lasting(source, seconds), limits, quantity=quantity, nodes=nodes, **how)
-
-
-def _limits(voltage: Given, slew: Given | None, current: Given | None, energy: Given | None) -> Limits:
-    """Return the limits of a path's voltage, from numbers or texts."""
-    return Limits(
-        quantity(voltage, "V", "voltage"),
-        optional(slew, "V/s", "slew"),
-        optional(current, "A", "current"),
-        optional(energy, "J", "energy"),
-    )
+    how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen, "nodes": nodes}
+    seconds = optional(duration, "s", "duration")
+    several = isinstance(path, Mapping | Response)
+    quantity = quantity or ("shape" if several else "displacement")
+    if quantity == "shape":
+        sources = targets_of(path, seconds or 0.0)
+        lasts = lasting_all(sources, seconds)
+        return track_shape(actuator, sources, lasts, limits_of(voltage, slew, current, energy), alike=alike, **how)
+    if isinstance(path, Mapping | Response):
+        raise InputError(f"a path of several targets is that of a shape; give {argument('quantity', 'shape')}, or none")
+    if alike:
+        raise InputError(
+            f"{argument('alike')} goes with {argument('quantity', 'shape')}; of another quantity all segments are alike"
+        )
+    source = drive_of(path, seconds or 0.0, unit_of(quantity))
+    (limits,) = limits_of(voltage, slew, current, energy, most=1)
+    return track_room(actuator, source, lasting(source, seconds), limits, quantity=quantity, **how)
 
 
 @checked

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -12,10 +13,12 @@ from ..arrays import Array, row
 from ..circuit.load import Hung, load_of
 from ..circuit.wiring import OPEN, Wiring, wiring
 from ..drive import Drive, Drives, PiecewiseLinear, Sine
-from ..errors import InputError, argument
+from ..errors import InputError, argument, visible
 from ..measurements.said import NOTHING, Said
-from ..simulation.drives import forms_of, parse_drive
+from ..measurements.segments import read_voltages
+from ..simulation.drives import drawn, forms_of, parse_drive, whole_number
 from ..simulation.response import sample_times
+from ..simulation.shapes import repeated
 from ..solve.library import chosen_engine
 from ..strip.actuator import PAPER, Actuator
 from ..strip.file import load_actuator
@@ -106,8 +109,10 @@ def wired_run(
 ) -> tuple[Drive, Array, Wiring | None]:
     """Return `run_of` a drive, or of the drives of a strip's segments, and the wiring of these, None for one drive.
 
-    Raises InputError for segments of a strip without electrodes, and for segments that are not there.
+    A file with columns voltage_1_V, voltage_2_V, ... drives the segments of a strip with electrodes. Raises InputError
+    for segments of a strip without them, and for segments that are not there.
     """
+    drive = _by_segments(strip, drive, duration, how.get("said", NOTHING))
     if not isinstance(drive, Mapping):
         return *run_of(drive, duration, **how), None
     if strip.electrodes is None:
@@ -122,6 +127,25 @@ def wired_run(
     said = how.get("said", NOTHING)
     others = [drive_of(given[key], float(at[-1]), said=said) for key in driven[1:]]
     return Drives(tuple(zip(driven, [first, *others], strict=True))), at, wires
+
+
+def _by_segments(strip: Actuator, drive: Driven | Segmented, duration: Given | None, said: Said) -> Driven | Segmented:
+    """Return the drives of segments that stand in one file or in `Drives`; other drives unchanged."""
+    if isinstance(drive, Drives):
+        return dict(drive.named)
+    form, _, file = drive.partition(":") if isinstance(drive, str) else ("", "", "")
+    if strip.electrodes is None or form not in ("file", "repeat"):
+        return drive
+    times, _, name = file.partition(",") if form == "repeat" else ("1", "", file)
+    rows = read_voltages(name, said)
+    found: dict[str, Driven] = {}
+    for number, (at, volts) in rows.items():
+        at, volts = repeated(at, volts, whole_number(times, "repeat")) if form == "repeat" else (at, volts)
+        lasts = float(at[-1]) if duration is None else quantity(duration, "s", "duration")
+        text = f"column voltage_{number} of {visible(Path(name).name)}"
+        part = drawn(at, volts, lasts, text)
+        found[number] = replace(part, findings=()) if found and isinstance(part, PiecewiseLinear) else part
+    return found or drive
 
 
 def drive_of(drive: Driven, duration: float, unit: str = "V", said: Said = NOTHING) -> Drive:

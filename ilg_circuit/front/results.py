@@ -36,6 +36,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Front`              the trade-off between objectives, ``report.front``
 `Closed`             a closed position loop over time, from `ilg.close_loop`
 `Tracked`            the voltage for a path, from `ilg.track`
+`TrackedShape`       the voltages of segments for a path of the shape, from `ilg.track`
 `Learned`            errors over repeated trials, from `ilg.learn`
 `Tuned`              a position controller and its margins, from `ilg.tune`
 `Adaptive`           a controller that identifies its strip, from `ilg.adaptive`
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
     from ..control.close import Closed
     from ..control.learn import Learned
     from ..control.track import Tracked
+    from ..control.tracked_shape import TrackedShape
     from ..control.tune import Tuned
     from ..findings import Finding
     from ..fit.estimate import Estimate
@@ -132,6 +134,7 @@ __all__ = [
     "SpiceText",
     "SweepResult",
     "Tracked",
+    "TrackedShape",
     "Tuned",
 ]
 
@@ -143,6 +146,7 @@ _PLACES = {
     "control.close": ("Closed",),
     "control.learn": ("Learned",),
     "control.track": ("Tracked",),
+    "control.tracked_shape": ("TrackedShape",),
     "control.tune": ("Tuned",),
     "findings": ("Finding",),
     "fit.estimate": ("Estimate",),

@@ -65,7 +65,7 @@ def simulate(
         it is a current, such as "current:10mA", and the voltage is an answer. Of a strip
         with segmented electrodes ``{1: "step:4V", 2: "step:-4V", 3: "open"}`` gives each segment of side 1 its own,
         against side 2; -2 is a segment of side 2, "3:-1" one of side 1 against one of side 2. Segments that are not
-        named are at 0 V.
+        named are at 0 V. A file with columns voltage_1_V, voltage_2_V, ... drives the segments of such a strip.
     duration : float or str
         Duration [s]; not needed if the drive is a pair of arrays.
     samples : int, optional
@@ -157,7 +157,7 @@ def simulate(
     if band:
         stderr = prediction_band(actuator, source, response.time, engine=engine, wires=wires, **how).stderr
         response = replace(response, stderr=stderr)
-    if isinstance(drive, Mapping):
+    if wires is not None or isinstance(drive, Mapping):
         if not isinstance(compare, bool):
             raise InputError("a record has one voltage, and the segments have their own; leave compare out")
     elif compare is not False:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,10 +14,11 @@ from ..fit.criteria import effective_samples
 from ..fit.problem import Progress
 from ..fit.selection import EVIDENCE, bic_on_independent, simplest_of_best
 from ..strip.actuator import Actuator
-from ..strip.elements import lumped_port
+from ..strip.elements import lumped_elements, lumped_port
+from .clock import in_step
 from .coupling_together import Together
 from .coupling_trials import Strand, Trial, begun
-from .displacement import FEWEST_SAMPLES, WINDOW_RATIO, Begin, WindowSearch, describes
+from .displacement import FEWEST_SAMPLES, WINDOW_RATIO, Begin, WindowSearch, describes, fit_displacement
 from .film import Moving
 from .motion_laws import EC31, LAWS, MotionLaw
 
@@ -31,7 +33,8 @@ class LawRow:
     """A law that was tried: number of ``parameters``, rms [m] and the same over the span (geometric mean of files).
 
     ``bic`` is above the least; ``prediction`` is the error in predicting a file from all others, with a gain of its
-    own, over its span. ``against`` is the reason why it is not chosen; empty if there is none.
+    own, over its span. ``against`` is the reason why it is not chosen; empty if there is none. ``alike`` says that the
+    data do not tell it from the chosen one.
     """
 
     law: str
@@ -42,6 +45,7 @@ class LawRow:
     prediction: float | None = None
     against: str = ""
     chosen: bool = False
+    alike: bool = False
 
     @property
     def text(self) -> str:
@@ -68,10 +72,30 @@ class Contest:
     gains: tuple[float, ...] = ()
 
 
-def chosen_law(
-    records: Sequence[Moving], actuator: Actuator, delays: Sequence[float], progress: Progress = None
-) -> Contest:
-    """Return the law for the displacements of ``records``, whose clocks are behind by ``delays`` [s].
+def strands_of(
+    records: Sequence[Moving], actuator: Actuator, delays: Sequence[float | Literal["fit"]], at: Contest
+) -> list[Strand]:
+    """Return what the laws are fitted to, of records whose clocks are behind by ``delays`` [s], or are fitted.
+
+    These are fitted with the law that the contest ``at`` chose. A record that cannot be fitted is left out.
+    """
+    strands = []
+    for record, delay in zip(records, delays, strict=True):
+        with suppress(IlgError):  # the fit of this file says why
+            if delay == "fit":
+                fitted = fit_displacement(record, actuator, None, delay, at.law, at.begins.get(record.source))
+                data, rest = replace(fitted.data, loose=None), fitted.at_rest
+            else:
+                own = record.record.own_clock
+                moved, rate = in_step(record, delay) if own else (record, None)
+                search = WindowSearch(moved, actuator, None, 0.0 if own else delay, rate=rate)
+                data, rest = search.base, search.rest
+            strands.append(Strand(data, rest, actuator, lumped_elements(actuator).bending_ratio))
+    return strands
+
+
+def chosen_law(fitted: Sequence[Strand], actuator: Actuator, progress: Progress = None) -> Contest:
+    """Return the law for displacements, each ``fitted`` with a clock that is known.
 
     All laws are fitted on a static beam over the longest stretch of each file that any of them describes, if the data
     determine it. The simplest within strong evidence of the least BIC is chosen; of several files the one that predicts
@@ -80,16 +104,12 @@ def chosen_law(
     linear = lumped_port(actuator).linear
     laws = [law for law in LAWS.values() if linear or not law.follows_charge]
     strands, tried = [], []
-    for record, delay in zip(records, delays, strict=True):
-        try:
-            search = WindowSearch(record, actuator, None, delay)
-            strand = Strand(search.base, search.rest, actuator, search.ratio)
+    for strand in fitted:
+        with suppress(IlgError):
             strand, found = _of_longest(strand, laws, progress)
-        except IlgError:
-            continue  # the fit of this file says why
-        if found:
-            strands.append(strand)
-            tried.append(found)
+            if found:
+                strands.append(strand)
+                tried.append(found)
     if not tried:
         return Contest(EC31, {}, ())
     if len(tried) == 1:
@@ -155,7 +175,7 @@ def _of_one(strand: Strand, tried: Mapping[str, Trial]) -> Contest:
     told = [n for n in admitted if described(strand, tried[n])]
     winner = simplest_of_best(bics, unknowns, told or admitted, misfits) if admitted else EC31.name
     rms, against = {n: t.rmse for n, t in tried.items()}, {n: t.against for n, t in tried.items()}
-    rows = _rows(tried, bics, winner, rms, misfits, against)
+    rows = _rows(tried, bics, winner, rms, misfits, against, told)
     if winner not in tried:
         return Contest(EC31, {}, rows)
     best = _on_likelier_beam(strand, tried[winner], float(samples[0]))
@@ -193,14 +213,20 @@ def _rows(
     rms: Mapping[str, float],
     misfits: Mapping[str, float],
     against: Mapping[str, str],
+    told: Sequence[str],
     predictions: Mapping[str, float] | None = None,
 ) -> tuple[LawRow, ...]:
+    """Return the rows of all laws; those of ``told`` whose BIC is near the winner's are alike."""
     least = min(bics.values())
-    return tuple(
-        LawRow(n, t.unknowns, rms[n], misfits[n], bics[n] - least, (predictions or {}).get(n), against[n], n == winner)
-        for n, t in tried.items()
-        if n in bics
-    )
+
+    def row(n: str, unknowns: int) -> LawRow:
+        alike = n != winner and n in told and winner in told and abs(bics[n] - bics[winner]) <= EVIDENCE
+        predicted = (predictions or {}).get(n)
+        return LawRow(
+            n, unknowns, rms[n], misfits[n], bics[n] - least, predicted, against[n], chosen=n == winner, alike=alike
+        )
+
+    return tuple(row(n, t.unknowns) for n, t in tried.items() if n in bics)
 
 
 def _of_several(strands: Sequence[Strand], tried: Sequence[Mapping[str, Trial]], progress: Progress) -> Contest:
@@ -225,6 +251,7 @@ def _of_several(strands: Sequence[Strand], tried: Sequence[Mapping[str, Trial]],
     admitted = [n for n in fits if not against[n]]
     winner = simplest_of_best(bics, unknowns, admitted, misfits) if admitted else EC31.name
     predictions: dict[str, float] = {}
+    alike: list[str] = []
     if admitted:
         near = [n for n in admitted if bics[n] <= min(bics[m] for m in admitted) + EVIDENCE or n in (winner, EC31.name)]
         for name in near:
@@ -235,7 +262,7 @@ def _of_several(strands: Sequence[Strand], tried: Sequence[Mapping[str, Trial]],
         alike = [n for n in near if predictions[n] <= _ALIKE * least]
         winner = min(alike, key=lambda n: (unknowns[n], bics[n]))
     overall = {n: float(np.exp(np.mean(np.log(rms[n])))) for n in fits}
-    rows = _rows({n: tried[0][n] for n in fits}, bics, winner, overall, misfits, against, predictions)
+    rows = _rows({n: tried[0][n] for n in fits}, bics, winner, overall, misfits, against, alike, predictions)
     if winner not in fits:
         return Contest(EC31, {}, rows)
     chosen = fits[winner]

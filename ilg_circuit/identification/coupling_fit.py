@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import IlgError
 from ..findings import Finding
 from ..fit.fitting import fit
@@ -19,7 +20,7 @@ from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..strip.actuator import Actuator, CouplingLaw
 from ..strip.elements import lumped_port
-from .coupling_contest import Contest, LawRow, chosen_law
+from .coupling_contest import Contest, LawRow, chosen_law, strands_of
 from .displacement import DisplacementFit, fit_displacement
 from .film import Moving
 from .motion import DisplacementData, Motion
@@ -27,19 +28,23 @@ from .motion_laws import EC31, LAWS, MotionLaw
 from .port_model import sigma_of
 from .port_start import combined
 
+#: Contests of laws at most, each with the clocks of the law that the one before chose.
+_ROUNDS = 3
+
 
 @dataclass(frozen=True)
 class CouplingFit:
     """The joint fit of d(s) to all records, each record's ``individual`` fit, and the ``laws`` that were compared.
 
-    ``scatter`` is the standard deviation of the logarithms of the files' gains, where they differ and each has its own.
+    ``spread`` (p, p) is the covariance of the logarithms of the law's parameters between the files, where the files
+    have values of their own that differ.
     """
 
     individual: tuple[DisplacementFit, ...]
     fit: FitResult
     motion: Motion
     laws: tuple[LawRow, ...] = ()
-    scatter: float = 0.0
+    spread: Array | None = None
 
     @property
     def coupling(self) -> CouplingLaw:
@@ -97,13 +102,17 @@ def fit_coupling(
     # the dynamic beam if the individual fit of any record shows inertia
     beam = "dynamic" if any(i.motion.beam == "dynamic" for i in fits) else "static"
     gains = contest.gains if contest else ()
-    scatter = float(np.std(np.log(gains), ddof=1)) if gains else 0.0
+    spread = None
     if gains:
-        per_record |= frozenset(law.parameters[k].name for k in law.gains)
+        own = frozenset(law.parameters[k].name for k in law.gains)
+        per_record |= own
+        scatter = float(np.std(np.log(gains), ddof=1))
+        felt = np.array([p.name in own for p in law.parameters])
+        spread = scatter**2 * np.outer(felt, felt)
         lowest, highest = min(gains), max(gains)
         values = {"lowest": lowest, "highest": highest, "scatter": float(np.expm1(scatter))}
         findings.append(Finding("coupling-gains-differ", values=values))
-    found = CouplingFit(tuple(fits), fits[0].fit, Motion(actuator, beam, records[0].engine, law=law), rows, scatter)
+    found = CouplingFit(tuple(fits), fits[0].fit, Motion(actuator, beam, records[0].engine, law=law), rows, spread)
     pairs = zip(found.data, found.sigmas(), strict=True)
     observations = tuple(d.observation(found.motion, sigma) for d, sigma in pairs)
     problem = Problem(observations, law.parameters, per_record)
@@ -117,27 +126,62 @@ def fit_coupling(
         joint = fit(problem, first, progress)
     except IlgError as error:
         findings.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
-        return None, findings
+        apart = _apart(found, problem, progress)
+        return apart, [*findings, *([Finding("displacements-apart")] if apart is not None else [])]
     return replace(found, fit=joint), findings
+
+
+def _apart(found: CouplingFit, problem: Problem, progress: Progress) -> CouplingFit | None:
+    """Return the fit in which every file keeps all parameters for itself, None if that fails, too."""
+    names = [p.name for p in problem.parameters]
+    apart = replace(problem, per_record=frozenset(names))
+    values = [i.fit.values.tolist() for i in found.individual]
+    each = [(i.data.source, own) for i, own in zip(found.individual, values, strict=True)]
+    at = {f"{name}[{source}]": value for source, own in each for name, value in zip(names, own, strict=True)}
+    try:
+        fitted = fit(apart, np.array([at[label] for label in apart.labels]), progress)
+    except IlgError:
+        return None
+    return replace(found, fit=fitted, spread=np.cov(np.log(values), rowvar=False))
 
 
 def _contest_of(
     records: Sequence[Moving], actuator: Actuator, progress: Progress, delay: float | Literal["fit"] | None
 ) -> tuple[Contest, list[Finding]]:
-    """Return the contest of laws for displacements; without rows for d(s) where a clock is to be fitted first."""
-    delays = [record.delay if delay is None else delay for record in records]
-    clocked = [(r, d) for r, d in zip(records, delays, strict=True) if d != "fit" and not r.record.own_clock]
+    """Return the contest of laws for displacements; without rows where the strip is not linear.
+
+    A clock that is to be fitted is that of d(s) at first, and then of the law that was chosen by it, until the law is
+    the same again.
+    """
     port = lumped_port(actuator)
-    if not clocked or (port.electrode_resistance and not port.linear):
+    if port.electrode_resistance and not port.linear:
         return Contest(EC31, {}, ()), [Finding("coupling-not-chosen", records[0].source)]
-    known = [float(d) for _, d in clocked]
-    found = chosen_law([r for r, _ in clocked], actuator, known, progress)
+    delays = [record.delay if delay is None else delay for record in records]
+    found = Contest(EC31, {}, ())
+    for _ in range(_ROUNDS):
+        strands = strands_of(records, actuator, delays, found)
+        before, found = found, chosen_law(strands, actuator, progress)
+        if "fit" not in delays or found.law.name == before.law.name:
+            break
+    subject = records[0].source if len(records) == 1 else ""
+    about = _alike(found.rows, subject)
     if found.law == EC31:
-        return found, []
+        return found, about
     rows = "; ".join(row.text for row in found.rows)
     windows = [begin.end for begin in found.begins.values()]
     values = {"law": found.law.text, "window": min(windows), "rows": rows}
-    return found, [Finding("coupling-chosen", records[0].source if len(records) == 1 else "", values)]
+    return found, [Finding("coupling-chosen", subject, values), *about]
+
+
+def _alike(rows: Sequence[LawRow], subject: str) -> list[Finding]:
+    """Return the finding that the data do not tell the chosen law from others, if they do not."""
+    alike = [row for row in rows if row.alike]
+    if not alike:
+        return []
+    (chosen,) = [row for row in rows if row.chosen]
+    others = " and ".join(LAWS[row.law].text for row in alike)
+    bics = ", ".join(f"{row.bic - chosen.bic:+.1f}" for row in alike)
+    return [Finding("coupling-alike", subject, {"law": LAWS[chosen.law].text, "others": others, "bics": bics})]
 
 
 def _begun(own: DisplacementFit, law: MotionLaw, contest: Contest | None) -> list[tuple[Parameter, float]]:

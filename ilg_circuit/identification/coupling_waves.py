@@ -118,8 +118,12 @@ class Waves:
 
         Both are interpolated in the grid, to about 1e-6 of the wave.
         """
+        spline = self._spline
         x = np.log(np.clip(time, self.times[0], self.times[-1]))
-        return self._spline[0](x), self._spline[1](x)
+        k = min(max(int(np.searchsorted(spline.x, x, side="right")) - 1, 0), len(spline.x) - 2)
+        cubic, square, line, constant = spline.c[:, k]
+        d = x - spline.x[k]
+        return ((cubic * d + square) * d + line) * d + constant, (3 * cubic * d + 2 * square) * d + line
 
     def fractional(self, time: float, exponent: float) -> Array:
         """Return the wave (samples,) of 1/(1 + (s tau)^a), by its density over relaxations."""
@@ -142,11 +146,10 @@ class Waves:
         return found
 
     @cached_property
-    def _spline(self) -> tuple[Any, Any]:
+    def _spline(self) -> Any:
         from scipy.interpolate import CubicSpline
 
-        spline = CubicSpline(np.log(self.times), self.grid)
-        return spline, spline.derivative()
+        return CubicSpline(np.log(self.times), self.grid)
 
 
 def displacements(law: MotionLaw, values: Array, waves: Waves) -> Array:

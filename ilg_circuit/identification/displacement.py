@@ -103,7 +103,7 @@ def fit_displacement(
         record, rate = in_step(record, delay)
         delay = "fit" if delay == "fit" else 0.0
     if delay == "fit":
-        search = _likeliest_delay(record, actuator, progress, delay_bounds(record), rate, law)
+        search = _likeliest_delay(record, actuator, progress, delay_bounds(record), rate, law, begin)
     else:
         search = WindowSearch(record, actuator, progress, delay, law=law, begin=begin)
     best, bic_gain = search.by_evidence(search.longest())
@@ -122,12 +122,13 @@ def _likeliest_delay(
     delays: tuple[float, float],
     rate: RateOf | None,
     law: MotionLaw,
+    begin: Begin | None,
 ) -> WindowSearch:
     """Return the search with the delay, out of a few, that gives the smallest residuals over the longest stretch."""
     tried: list[tuple[float, float, Attempt, WindowSearch]] = []
     places = np.linspace(*delays, _DELAYS).tolist()
     for delay in [0.0, *places] if record.record.own_clock else places:
-        search = WindowSearch(record, actuator, progress, delay, delays, rate, law)
+        search = WindowSearch(record, actuator, progress, delay, delays, rate, law, begin)
         with suppress(InputError):
             found = search.longest()
             tried.append((-found.data.window, found.fit.rmse, found, search))

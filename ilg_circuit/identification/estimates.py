@@ -43,14 +43,14 @@ def uncertainty_of(model: str, fit: FitResult, more: Array, voltage: float | Non
     return Uncertainty(model, names, tuple(map(tuple, covariance.tolist())), voltage)
 
 
-def scattered(found: Uncertainty, law: MotionLaw, scatter: float, files: int) -> Uncertainty:
-    """Return the covariance of a strip in a state like any of ``files``, whose gains have the ``scatter`` (logarithm).
+def scattered(found: Uncertainty, law: MotionLaw, spread: Array, files: int) -> Uncertainty:
+    """Return the covariance of a strip in a state like any of ``files``; the mean of the files is known to its part.
 
-    All gains of a law share it; the mean of the files is known to its part.
+    ``spread`` (p, p) is the covariance of the logarithms of the law's parameters between the files.
     """
-    gains = {law.parameters[k].name for k in law.gains}
-    felt = np.array([float(name in gains) for name in found.names])
-    covariance = np.array(found.covariance) + scatter**2 * (1 + 1 / files) * np.outer(felt, felt)
+    at = [found.names.index(p.name) for p in law.parameters]
+    covariance = np.array(found.covariance)
+    covariance[np.ix_(at, at)] += (1 + 1 / files) * spread
     return replace(found, covariance=tuple(map(tuple, covariance.tolist())))
 
 
@@ -104,6 +104,7 @@ def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, ons
     the model derives, such as time constants, and for one pole the constants of EC (4). Errors are propagated through
     the slopes of the logarithms. Intervals include the uncertainty of the onset as in `Onsets.widened`, with its
     correlations: an onset that changes R and C in opposite directions does not widen the interval of their product.
+    What follows from held parameters alone has no error, and says so.
     """
     values, model = port.values, port.model
     names, averaging = fit.averaging
@@ -126,10 +127,15 @@ def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, ons
     reach = onsets.reach(noise, quantile, lambda x: logarithms(np.log(fit.problem.scales.values(x)) @ averaging.T))
     below, above = quantile * noise + reach
     rows = zip(found.items(), errors.tolist(), np.exp(-below).tolist(), np.exp(above).tolist(), strict=True)
-    return {
+    estimates = {
         name: Estimate(value, unit, value * error, (value * low, value * high))
         for (name, (value, unit)), error, low, high in rows
     }
+    held = "; ".join(f"as {name}: {reason}" for name, reason in port.fixed.items())
+    for name, felt in zip(found, np.abs(slopes).max(axis=0) > _UNFELT, strict=True):
+        if held and not felt:
+            estimates[name] = Estimate(*found[name], fixed_because=held)
+    return estimates
 
 
 def _following(port: PortFit, moved: dict[str, float]) -> dict[str, tuple[float, str]]:

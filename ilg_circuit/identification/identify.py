@@ -180,8 +180,8 @@ def identify(
     highest = max((abs(d.voltage) for d in records), default=None)
     circuit = port.kind if port is not None else strip.material.model
     uncertainty = uncertainty_of(circuit.name, fit, onsets.covariance(fit), highest)
-    if coupling is not None and coupling.scatter:
-        uncertainty = scattered(uncertainty, coupling.motion.law, coupling.scatter, len(coupling.individual))
+    if coupling is not None and coupling.spread is not None:
+        uncertainty = scattered(uncertainty, coupling.motion.law, coupling.spread, len(coupling.individual))
     known = uncertainty if port is not None else with_known(uncertainty, strip.uncertainty)
     actuator = replace(actuator, uncertainty=known)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))

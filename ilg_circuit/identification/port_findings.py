@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import Array
 from ..findings import Finding
 from ..fit.criteria import structured
+from ..fit.misfit import WARN_SPECTRUM
 from ..fit.selection import Candidate
 from ..measurements.smoothing import noise_level
 from ..strip.actuator import Actuator
@@ -23,6 +24,8 @@ from .port_model import PortData
 _OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
 #: A spectrum's misfit is reported above this factor of its own noise and this fraction of abs(Z).
 _MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
+#: A model that "auto" does not try, since most spectra do not determine it; named where none of its candidates fits.
+_UNTRIED = "randles"
 #: Ratio to the chosen model's rms below which a rejected candidate of smallest rms is reported: more parameters always
 #: reduce the rms slightly.
 _CLOSER = 0.9
@@ -57,6 +60,9 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
         found.append(Finding("not-determined", values={"reason": chosen.identifiability.reason}))
     if len(candidates) > 1 and all(c.against for c in candidates):
         found.append(Finding("no-model-determined"))
+    misfit = any(f.code == "spectrum-misfit" and f.values["share"] > WARN_SPECTRUM for f in found)
+    if misfit and len(candidates) > 1 and all(c.model.split("+")[0] != _UNTRIED for c in candidates):
+        found.append(Finding("richer-model-untried"))
     return found + rejected_findings(candidates)
 
 

@@ -106,6 +106,15 @@ In ngspice write `z1={{agauss(0,1,1)}}` and so on, a new draw with each run, in 
 leaves open, not how strips differ from one another.
 """
 
+_MISFIT = """
+The covariance is not all that a measurement leaves open. The file of the strip also states what its model left of the
+records beyond their noise, rms over the time since a jump and per volt:
+
+{misfit}
+
+No parameter moves that, so corners.cir and monte_carlo.cir are without it. `ilg-circuit simulate --band` has it.
+"""
+
 _NO_MONTE_CARLO = """
 ## Tolerances
 
@@ -141,4 +150,7 @@ def page(made: Plan, tolerance: Tolerances | None, beam: str, origin: Provenance
     names = "\n".join(f"- {name}, standard error {error:.2g} of its value" for name, error in errors)
     fixed = f"\n{', '.join(tolerance.fixed)}: cannot be moved here, as fitted.\n" if tolerance.fixed else ""
     text += _SPREAD.format(sigmas=SIGMAS, count=COUNT) + _PAGE.format(**values)
-    return text + _MONTE_CARLO.format(n=len(tolerance.names), names=names, fixed=fixed)
+    text += _MONTE_CARLO.format(n=len(tolerance.names), names=names, fixed=fixed)
+    left = made.actuator.uncertainty.residuals if made.actuator.uncertainty is not None else ()
+    told = "\n".join(f"- {each.quantity}: {format_quantity(each.rms, each.unit, 2)}" for each in left)
+    return text + (_MISFIT.format(misfit=told) if left else "")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,10 +14,10 @@ from ..errors import InputError
 from .kind import TRACK
 from .read import read_columns
 from .said import NOTHING, Said
+from .segments import header_rows
 
 #: x1_mm, x_2 [px]: what begins with x and a number.
 _NUMBERED = re.compile(r"\s*x_?(\d{1,3})(?![\d.])", re.IGNORECASE)
-_HEADER_LINES = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +70,10 @@ def _track(path: Path, said: Said) -> tuple[Array, Array, Array]:
 
 def _numbered(path: Path) -> list[tuple[str, str]]:
     """Return the titles of x1 and y1, x2 and y2, ... in a file, by number; none where there are no such columns."""
-    try:
-        with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-            for _, line in zip(range(_HEADER_LINES), file, strict=False):
-                delimiter = next((mark for mark in ("\t", ";") if mark in line), ",")
-                titles = [title.strip() for title in next(csv.reader([line], delimiter=delimiter), [])]
-                found = {int(match[1]): title for title in titles if (match := _NUMBERED.match(title))}
-                if found:
-                    return [(title, _beside(title, titles, path)) for _, title in sorted(found.items())]
-    except (OSError, csv.Error):
-        pass  # the reader says what is wrong
+    for titles in header_rows(path):
+        found = {int(match[1]): title for title in titles if (match := _NUMBERED.match(title))}
+        if found:
+            return [(title, _beside(title, titles, path)) for _, title in sorted(found.items())]
     return []
 
 

@@ -25,6 +25,9 @@ from .reflex import Loop, LoopFlow
 
 #: First, largest and smallest step of the frequency, relative to the rhythm's own: the last is the error of an edge.
 _FIRST, _LARGEST, EDGE = 0.02, 0.05, 1e-5
+#: Room (1 - m)^2 below which an edge is expected, the part of the way to it that a step takes, and how much shorter
+#: than the last one a step may be.
+_CLOSE, _SHORT, _SHORTER = 0.25, 0.9, 20.0
 #: Farthest frequency looked at, as a factor.
 FARTHEST = 2.5
 #: Periods that a motion is given before, and in which its drift is measured.
@@ -202,27 +205,43 @@ class _Tongue:
         self.known[frequency] = orbit
         return orbit
 
+    def _near(self, frequency: float) -> Array:
+        """Return a state near which the locked motion at a frequency may be: on the line through the two nearest."""
+        nearest = sorted(self.known, key=lambda f: abs(f - frequency))[:2]
+        first = self.known[nearest[0]].state
+        if len(nearest) < 2:
+            return first
+        part = (frequency - nearest[0]) / (nearest[1] - nearest[0])
+        return np.asarray(first + part * (self.known[nearest[1]].state - first))
+
     def edge(self, farthest: float) -> float:
-        """Return the frequency [Hz] at which the lock is lost on the way from the rhythm's own to the ``farthest``."""
+        """Return the frequency [Hz] at which the lock is lost on the way from the rhythm's own to the ``farthest``.
+
+        Where it meets its unstable twin, a multiplier comes to 1 as the root of the distance does: steps are taken to
+        short of where that is expected.
+        """
         if not self.known:
             return np.nan
         own = next(iter(self.known))
         way = 1.0 if farthest > own else -1.0
-        at, step = own, _FIRST * own
+        at, step, grows, room = own, _FIRST * own, 1.5, _room(self.known[own])
         while step > EDGE * own and at != farthest:
             following = min(at + step, farthest) if way > 0 else max(at - step, farthest)
-            if self._orbit(following, self.known[at].state) is None:
-                step /= 2
-            else:
-                at, step = following, min(1.5 * step, _LARGEST * own)
+            if self._orbit(following, self._near(following)) is None:
+                step, grows = step / 2, 1.0
+                continue
+            before, room = room, _room(self.known[following])
+            moved, at = abs(following - at), following
+            step, grows = min(grows * step, _LARGEST * own), 1.5
+            if room < min(before, _CLOSE):
+                step = min(step, max(_SHORT * room * moved / (before - room), step / _SHORTER, 2 * EDGE * own))
         return at
 
     def at(self, frequency: float, low: float, high: float) -> tuple[float, float, float, float, float]:
         """Return whether the rhythm locks (1 or 0), drift, lags of output and angle [deg], amplitude of the angle."""
         flow = self._flow(frequency)
         if low <= frequency <= high:
-            nearest = min(self.known, key=lambda f: abs(f - frequency))
-            orbit = self._orbit(frequency, self.known[nearest].state)
+            orbit = self._orbit(frequency, self._near(frequency))
             if orbit is not None:
                 cycle = list(flow.stretches(orbit.state, orbit.period))
                 units = flow.loop.units
@@ -231,6 +250,11 @@ class _Tongue:
                 output, angle = wrapped(-np.degrees(np.angle(1j * first)))  # the input's own is -1j
                 return 1.0, 0.0, float(output), float(angle), float((ends[1] - ends[0])[units] / 2)
         return 0.0, *drifting(flow.loop, self._free_state()[:-2])
+
+
+def _room(orbit: Orbit) -> float:
+    """Return (1 - m)^2 of the largest multiplier m: it falls to zero in proportion to the distance of an edge."""
+    return float(1 - np.abs(np.linalg.eigvals(orbit.monodromy[:-2, :-2])).max()) ** 2
 
 
 def drifting(loop: Loop, state: Array, wait: int = _WAIT, watched: int = _WATCHED) -> tuple[float, float, float, float]:

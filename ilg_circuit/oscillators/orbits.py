@@ -26,12 +26,11 @@ class Orbit:
 def propagated(flow: Flow, state: Array, duration: float) -> tuple[Array, Array, int]:
     """Return the derivative (m, m) of the state after ``duration`` [s] by ``state``, that state, the steps taken."""
     total = np.eye(len(state))
-    end, steps = state, 0
+    last, steps = None, 0
     for stretch in flow.stretches(state, duration):
         total = stretch.propagator() @ total
-        end = stretch.states(stretch.length)[0]
-        steps += 1
-    return total, end, steps
+        last, steps = stretch, steps + 1
+    return total, state if last is None else last.states(last.length)[0], steps
 
 
 def closed_orbit(
@@ -52,7 +51,7 @@ def closed_orbit(
         monodromy, end, steps = propagated(flow, z, duration)
         taken += steps
         before, error = error, float(np.abs(end - z)[:m].max())
-        if error <= CONVERGED * size and error >= before / 2:
+        if error <= CONVERGED * size and (clocked or error >= before / 2):
             break
         if error > 4 * before:
             return None, taken

@@ -136,8 +136,12 @@ class Loop:
         return np.asarray(forced[:, None] - self.gain * (angles - self.rest_angle))
 
     def forced(self, amplitude: float, frequency: float) -> Loop:
-        """Return the loop under an input from outside."""
-        return replace(self, forcing=Forcing(amplitude, frequency))
+        """Return the loop under an input from outside, with the strip's plant as it is known."""
+        found = replace(self, forcing=Forcing(amplitude, frequency))
+        found.__dict__.update(
+            {name: self.__dict__[name] for name in ("netlist", "plant", "direct") if name in self.__dict__}
+        )
+        return found
 
 
 def looped(

@@ -13,7 +13,6 @@ from ..arrays import Array
 from ..errors import InputError
 from ..study.design import DesignReport, aim, design_drive
 from ..study.problem import Design
-from ..study.search import INITIAL_POINTS
 from ..study.sensitivity import Sensitivity, SobolIndices
 from ..units import format_quantity
 from . import front as fronts
@@ -143,7 +142,7 @@ def _infeasible(design: Design, report: DesignReport) -> list[str]:
 def _search(design: Design) -> str:
     search, space = design.search, design.problem.space
     text = (
-        f"search: {INITIAL_POINTS[space.engine]} scattered designs, then {len(search.ends)} starts by the "
+        f"search: {space.scattered} scattered designs, then {len(search.ends)} starts by the "
         f"{space.engine} engine, {search.agreeing} of which agree"
     )
     spread = [f"{n} by {x:.0%} of its range" for n, x in zip(space.names, search.spread, strict=True) if x > _UNIQUE]

@@ -34,7 +34,7 @@ def _rows(laws: Sequence[LawRow]) -> list[tuple[str, str, str, str, str, str]]:
 
     def row(each: LawRow) -> tuple[str, str, str, str, str, str]:
         predicted = "" if each.prediction is None else f"{each.prediction:.2%}"
-        verdict = each.against or ("chosen" if each.chosen else "")
+        verdict = each.against or ("chosen" if each.chosen else "as good as the chosen one" if each.alike else "")
         return each.law, f"{each.parameters}", f"{each.relative_rms:.2%}", f"{each.bic:.1f}", predicted, verdict
 
     return [row(each) for each in laws]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..control.track import path_rate
+from ..errors import argument
 from ..units import format_quantity
 from . import followed
 from .axes import Axes, Figure, Panels
@@ -41,6 +42,9 @@ def facts(tracked: Tracked) -> list[tuple[str, str]]:
         ("drive", f"up to {volts}, {amps}; {format_quantity(tracked.energy, 'J', 4)}"),
         ("at a limit", f"{tracked.at_limit:.0%} of the time"),
     ]  # fmt: skip
+    sheets = tracked.actuator.electrodes
+    if sheets is not None and sheets.segments(1) > 1:
+        found.append(("segments", f"all alike, by one voltage; {argument('quantity', 'shape')} gives each its own"))
     if tracked.bound is not None:
         sooner = format_quantity(tracked.bound, "s", 4)
         found.append(("soonest", f"no voltage settles at the path's largest {tracked.quantity} sooner than {sooner}"))

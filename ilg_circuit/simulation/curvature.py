@@ -80,6 +80,21 @@ def curvatures(actuator: Actuator, time: Array, waves: Waveforms) -> Curvatures 
     return Curvatures(time, np.array([actuator.geometry.free_length]), waves.output(_PROBE)[:, None])
 
 
+def along_segments(layout: Layout) -> dict[str, Array]:
+    """Return the weights (cells,) of the cells' curvatures in the mean of each segment of side 1, and in the angle.
+
+    "curvature_1", "curvature_2", ... are means [1/m] over the segments' free parts; "angle" [rad] is that of the free
+    end as the free curvatures bend it.
+    """
+    lengths = np.array([cell.length for cell in layout.free])
+    of = np.array([-1 if cell.segments[0] is None else cell.segments[0] for cell in layout.free])
+    found = {}
+    for k in range(len(layout.contacts[0])):
+        own = np.where(of == k, lengths, 0.0)
+        found[f"curvature_{k + 1}"] = own / own.sum()
+    return found | {"angle": lengths}
+
+
 def cell_curvatures(layout: Layout, solution: Solution) -> Curvatures | None:
     """Return the free curvatures of a line's cells; None for a strip without coupling."""
     names = [f"curvature_{k}" for k in range(1, len(layout.free) + 1)]

@@ -110,7 +110,9 @@ _AMPERES = re.compile(r"[\d.]\s*([fpnum\u00b5\u03bck]?A|amperes?)(/s)?\s*$")
 
 
 def forms_of(unit: str) -> str:
-    """Return the forms, as errors list them, of drives whose values are in a ``unit``: "m", "N" or another."""
+    """Return the forms, as errors list them, of drives in a ``unit``: "m", "N", "rad", "1/m" or another."""
+    if unit in ("1/m", "rad"):
+        return MOTION_FORMS.replace("mm/s", f" {unit}/s").replace("mm", f" {unit}").replace("motion.csv", "shape.csv")
     return {"m": MOTION_FORMS, "N": FORCE_FORMS}.get(unit, DRIVE_FORMS)
 
 
@@ -155,6 +157,28 @@ def segment_drives(texts: Sequence[str]) -> str | dict[str, str]:
             raise InputError(f"drive '{text}' is one of {len(texts)}: say of which segment each is, such as 1={text}")
         if match[1] in found:
             raise InputError(f"segment {match[1]} has two drives, '{found[match[1]]}' and '{match[2]}'; give it one")
+        found[match[1]] = match[2].strip()
+    return found
+
+
+#: A path of one target of a shape: its name, or the number of a segment whose curvature it is, before the path.
+_OF_TARGET = re.compile(r"\s*([A-Za-z_]+\w*|\d+)\s*=(.*)", re.DOTALL)
+
+
+def target_paths(texts: Sequence[str]) -> str | dict[str, str]:
+    """Return the one path of a tip, or of a file, or the paths of a shape's targets: ``curvature_1=step:20 1/m``.
+
+    Raises InputError for several paths of which one names no target, and for a target that is named twice.
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        match = _OF_TARGET.fullmatch(text)
+        if match is None:
+            if len(texts) == 1:
+                return text
+            raise InputError(f"path '{text}' is one of {len(texts)}: say of what each is, such as curvature_1={text}")
+        if match[1] in found:
+            raise InputError(f"{match[1]} has two paths, '{found[match[1]]}' and '{match[2]}'; give it one")
         found[match[1]] = match[2].strip()
     return found
 
@@ -222,7 +246,7 @@ def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -
             times, values, notes = read_waveform(path, quantity, said)
             text = f"file {visible(path.name)}"
             if name == "repeat":
-                times, values = shapes.repeated(times, values, int(_count([count_text], 0, "repeat")))
+                times, values = shapes.repeated(times, values, whole_number(count_text, "repeat"))
                 text = f"{count_text} times {text}"
             return drawn(times, values, duration, text, [note.about(text) for note in notes])
 
@@ -231,6 +255,11 @@ def two(text: str, unit: str, name: str) -> tuple[float, float]:
     """Return the two values of ``low..high``; a single value is the higher one, with zero as the lower."""
     low, separator, high = text.partition("..")
     return parse(low, unit, name) if separator else 0.0, parse(high if separator else low, unit, name)
+
+
+def whole_number(text: str, what: str) -> int:
+    """Return a whole number of one or more. Raises InputError for another text."""
+    return int(_count([text], 0, what))
 
 
 def _count(parts: Sequence[str], place: int, what: str, usual: float = math.inf) -> float:

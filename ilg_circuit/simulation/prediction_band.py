@@ -8,6 +8,7 @@ the next record shows it, too.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,6 +31,8 @@ from .waveforms import WAVEFORMS
 #: Step of the central differences, in parts of a parameter; far above the solve's error, far below any nonlinearity.
 _STEP = 1e-3
 _ACCURACY = 1e-8
+#: Logarithm of time over which a misfit is alike, and samples computed at a time.
+_ALIKE, _AT_ONCE = np.log(10), 20_000
 
 
 @dataclass(frozen=True)
@@ -51,11 +54,13 @@ def prediction_band(
     engine: str = "ngspice",
     wires: Wiring | None = None,
     misfit: bool = True,
+    sums: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Band:
     """Return the band for `ilg_circuit.simulation.response.simulate` with the same arguments.
 
-    It holds the ``misfit`` of the fit's records, too, where the strip knows it, for a voltage and a free tip.
-    Raises InputError where the actuator brings no covariance (it was not fitted), or one whose names it does not have.
+    ``sums`` are further waveforms by name, each the circuit's outputs with their weights. The band holds the ``misfit``
+    of the fit's records, too, where the strip knows it, for a voltage and a free tip. Raises InputError where the
+    actuator brings no covariance (it was not fitted), or one whose names it does not have.
     """
     uncertainty = actuator.uncertainty
     if uncertainty is None:
@@ -75,8 +80,12 @@ def prediction_band(
     up, down = np.split(waveforms.values, 2)
     slopes = (up - down) / (2 * _STEP)
     covariance = np.array(uncertainty.covariance)
+    place = {name: k for k, name in enumerate(waveforms.names)}
+    further = [sum(w * slopes[:, place[name]] for name, w in of.items()) for of in (sums or {}).values()]
+    if further:
+        slopes = np.concatenate([slopes, np.stack(further, axis=1)], axis=1)
     variance = np.einsum("pot,pq,qot->ot", slopes, covariance, slopes)
-    errors = dict(zip(waveforms.names, np.sqrt(np.clip(variance, 0.0, None)), strict=True))
+    errors = dict(zip((*waveforms.names, *(sums or ())), np.sqrt(np.clip(variance, 0.0, None)), strict=True))
     if (
         misfit
         and tip == "free"
@@ -87,24 +96,54 @@ def prediction_band(
         for left in uncertainty.residuals:
             if left.quantity in errors:
                 errors[left.quantity] = np.hypot(errors[left.quantity], misfit_of(left, drive, waveforms.times))
-    return Band(waveforms.times, {name: error for name, error in errors.items() if name in WAVEFORMS})
+    kept = {*WAVEFORMS, *(sums or ())}
+    return Band(waveforms.times, {name: error for name, error in errors.items() if name in kept})
 
 
 def misfit_of(left: Residuals, drive: PiecewiseLinear | Sine, times: Array) -> Array:
-    """Return the standard deviation (n,) of the misfit under a ``drive``: of its last jump and its level before.
+    """Return the standard deviation (n,) of the misfit under a ``drive`` at ``times`` [s] (n,).
 
-    A drive without jumps begins anew at every time: it has the rms of all times, for its largest value.
+    It is the larger of two, which the fit's record does not tell apart. A linear system's error adds up over what the
+    drive did before: its answer to a step of 1 V is a random function of the time since, of the deviations that the fit
+    left, alike within a decade of time, but steps of opposite sign are not taken to cancel. A drift goes with the
+    time since the onset, and the largest voltage; of a drive without jumps it is at least that of all times.
     """
+    known, ratio = np.array(left.times), np.sqrt(10)
+    further = int(np.ceil(np.log(max(float(times[-1]) / known[-1], 1.0)) / np.log(ratio)))
+    ages = np.concatenate([[0.0], known, known[-1] * ratio ** np.arange(1, further + 1)])
+    logarithm, deviations = np.log(np.maximum(ages, known[0])), left.at(ages)
+    alike = np.exp(-(((logarithm[:, None] - logarithm) / _ALIKE) ** 2) / 2) * np.outer(deviations, deviations)
+    parts = np.array_split(times, len(times) // _AT_ONCE + 1)
+    shares = [_shares(drive, part, ages) for part in parts]
+    signed = [[np.maximum(sign * share, 0.0) for sign in (1, -1)] for share in shares]
+    linear = np.concatenate([sum(((s @ alike) * s).sum(axis=1) for s in both) for both in signed])
+    jumps = drive.value(0.0) != drive.rest or len(drive.jumps(float(times[-1])))
+    drift = left.at(times) if jumps else np.maximum(left.at(times), left.rms)
+    return np.asarray(np.maximum(np.sqrt(linear), drive.largest() * drift))
+
+
+def _shares(drive: PiecewiseLinear | Sine, times: Array, ages: Array) -> Array:
+    """Return by how much [V] the answer to a step counts at ``times`` (n,), at each of ``ages`` (a,) of the step.
+
+    Between two ages it is a straight line, so that the mean voltage there tells.
+    """
+    past = _integral(drive, times[:, None] - ages)
+    means = (past[:, :-1] - past[:, 1:]) / np.diff(ages)
+    first, last = (drive.value(times) - drive.rest)[:, None], np.zeros((len(times), 1))
+    return -np.diff(np.hstack([first, means, last]), axis=1)
+
+
+def _integral(drive: PiecewiseLinear | Sine, t: Array) -> Array:
+    """Return the integral [V s] of a drive above its rest from 0 to ``t`` [s], zero before."""
+    t = np.maximum(t, 0.0)
     if isinstance(drive, Sine):
-        return np.full(len(times), drive.largest() * left.rms)
-    at = drive.jumps(float(times[-1]))
-    before = np.append(drive.rest, drive.values[np.searchsorted(drive.times, at)])
-    at = np.append(0.0, at)
-    sizes = drive.value(at) - before
-    if not sizes.any():
-        return np.full(len(times), drive.largest() * left.rms)
-    last = np.searchsorted(at, times, side="right") - 1
-    return np.hypot(sizes[last] * left.at(times - at[last]), before[last] * left.at(times))
+        return np.asarray(drive.amplitude / drive.angular_frequency() * (1 - np.cos(drive.angular_frequency() * t)))
+    knots = np.append(0.0, drive.times[drive.times > 0])
+    # both values at a jump: on its left, and on its right, where the piece begins
+    right = np.append(drive.value(0.0), drive.values[drive.times > 0]) - drive.rest
+    whole = np.append(0.0, np.cumsum(np.diff(knots) * (right[1:] + right[:-1]) / 2))
+    k = np.searchsorted(knots, t, side="right") - 1
+    return np.asarray(whole[k] + (t - knots[k]) * (right[k] + drive.value(t) - drive.rest) / 2)
 
 
 def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, float]) -> Actuator:

@@ -30,7 +30,7 @@ from ..strip.models import LadderPath
 from ..strip.validity import run_warnings
 from ..units import require_plausible
 from .compared import Compared
-from .curvature import Curvatures, cell_curvatures, curvature_probe, curvatures
+from .curvature import Curvatures, along_segments, cell_curvatures, curvature_probe, curvatures
 from .energy import EnergyAccount, account, probes, works
 from .ladder_error import ladder_error
 from .shape import POINTS, Shape, static_shape
@@ -51,7 +51,7 @@ COARSE = 0.01
 #: Outputs of the segments, before their number.
 _SEGMENTS = ("voltage_", "current_")
 #: Units of the columns of segments.
-_SEGMENT_UNITS = {"voltage": "V", "current": "A"}
+_SEGMENT_UNITS = {"voltage": "V", "current": "A", "curvature": "1/m", "angle": "rad"}
 #: Width of the band of a run's ladders: faster relaxations are instantaneous.
 _RESOLVED = 1e5
 #: Number of samples above which they are interpolated between points of the solve.
@@ -102,7 +102,9 @@ class Response(Simulated):
     wires : Wiring or None
         Which segments of a strip with electrodes are driven, at 0 V or open; None for one source for all.
     segments : mapping of str to ndarray (n,)
-        Of a strip with several segments "voltage_1" [V], "current_1" [A], ...: at and into each segment of side 1.
+        Of a strip with several segments "voltage_1" [V], "current_1" [A], ...: at and into each segment of side 1. Of
+        one with electrodes "curvature_1" [1/m], ..., the mean free curvature of each segment of side 1, and "angle"
+        [rad], that of the free end as these bend it, without weight and load.
     cells_error : float
         Estimated error by the size of these cells, which is part of ``error``.
     warnings : tuple of str
@@ -174,7 +176,7 @@ class Response(Simulated):
         return [*found, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 
     def table(self) -> tuple[Column, ...]:
-        """Return time and waveforms (n,), voltage and current of each segment, then the standard errors."""
+        """Return time and waveforms (n,), what is known of each segment, then the standard errors."""
         errors = (Column(f"{name}_stderr", error, WAVEFORMS[name].unit) for name, error in self.stderr.items())
         segments = (Column(name, values, _SEGMENT_UNITS[name.split("_")[0]]) for name, values in self.segments.items())
         return (*super().table(), *segments, *errors)
@@ -289,6 +291,10 @@ def simulate(
         error = _ladder_error_of_lumps(actuator, drive, samples)
     else:
         error = ladder_error(actuator, drive, samples, values, band)
+    bent = cell_curvatures(line["layout"], solution) if line else curvatures(actuator, samples, waveforms)
+    segments = {o.name: waveforms.output(o.name) for o in netlist.outputs if o.name.rstrip("0123456789") in _SEGMENTS}
+    if line and bent is not None:
+        segments |= {name: bent.values @ weights for name, weights in along_segments(line["layout"]).items()}
     return Response(
         actuator=actuator,
         drive=drive,
@@ -299,10 +305,8 @@ def simulate(
         error=float(waveforms.errors.max()) + error + cells_error,
         engine=waveforms.engine,
         wires=wires,
-        segments={
-            o.name: waveforms.output(o.name) for o in netlist.outputs if o.name.rstrip("0123456789") in _SEGMENTS
-        },
-        curvatures=cell_curvatures(line["layout"], solution) if line else curvatures(actuator, samples, waveforms),
+        segments=segments,
+        curvatures=bent,
         cells_error=cells_error,
         tip=tip,
         load=load,

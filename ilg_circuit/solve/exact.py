@@ -1,7 +1,8 @@
-"""Solves linear netlists exactly: the state space by matrix exponentials, without time step and tolerance.
+"""Solves linear netlists exactly: the state space by modes or matrix exponentials, without time step and tolerance.
 
-Between breakpoints a drive is a straight line or a sine, so that state and input together obey a homogeneous linear
-equation, whose exponential is exact. It checks ngspice and makes huge linear sweeps cheap.
+Between breakpoints a drive is a straight line or a sine. The answer of a mode to either is a closed form; where modes
+cancel, state and input together obey a homogeneous linear equation, whose exponential is exact. It checks ngspice and
+makes huge linear sweeps cheap.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..drive import Drive, each
+from ..drive import Drive, Drives, each
 from ..errors import SolveError
 from .modes import CANCELLING, decomposed, fallen, modes_of, phi_pair, recursion
 from .panels import FRACTIONS, Panels
@@ -26,17 +27,24 @@ _BLOCK = 2000
 _FELT = 1e-13
 #: The same as `CANCELLING` for derivatives, and the relative change of poles for theirs.
 _SLOPES_CANCELLING, _TURN = 1e4, 1e-5
+#: The same for panels, which are good to seven digits.
+_CANCELLING_ON_PANELS = 1e7
 #: Samples per edge of the drive above which a run is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 2
 #: Largest number of values in stored exponentials: an irregular grid needs one exponential per interval.
 _MOST_KEPT = 20_000_000
+#: Largest number of values of modes that are held at once.
+_MOST_WAVES = 4_000_000
 
 
 def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
     """Return the outputs at ``times`` [s] (ascending, >= 0), from rest at t = 0; shape (n, outputs, times).
 
-    A sample on a jump of the drive is the right limit. Raises SolveError when the result is not finite.
+    A sample on a jump of the drive is the right limit. By modes, which cost less than exponentials and keep the digits
+    of slow states beside fast ones, unless they cancel. Raises SolveError when the result is not finite.
     """
+    if (found := _by_modes(system, drive, times)) is not None:
+        return found
     grid = interval_grid(drive, times)
     inputs = np.append(_inputs(drive, grid[:-1], np.diff(grid)), _inputs(drive, grid[-1:]), axis=1)
     widths = _shared_widths(grid, interval_grid(drive, times[-1:]))
@@ -47,12 +55,58 @@ def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
 def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
     """Return the outputs at the points of ``panels``, from rest at t = 0; shape (n, outputs, panels, points).
 
-    Raises SolveError when the result is not finite.
+    By modes, as `exact_outputs`. Raises SolveError when the result is not finite.
     """
+    if (found := _by_modes(system, drive, panels.points.ravel(), _CANCELLING_ON_PANELS)) is not None:
+        return found.reshape(*found.shape[:2], *panels.points.shape)
     inputs = _inputs(drive, panels.starts, panels.widths)
     fractions = np.append(FRACTIONS[1:], 1.0)
     outputs = list(_outputs(system, _frequencies(drive), inputs, panels.widths, fractions))
     return _finite(np.concatenate(outputs, axis=2))
+
+
+def _by_modes(system: StateSpace, drive: Drive, times: Array, cancelling: float = CANCELLING) -> Array | None:
+    """Return all outputs (n, outputs, times), from rest at t = 0, as sums of modes; None where modes cancel.
+
+    That is where their terms are more than ``cancelling`` times the output. And None for circuits of several sources,
+    or with constant ones.
+    """
+    if isinstance(drive, Drives) or system.b.shape[2] != 2 or system.b[..., 1].any() or system.d[..., 1].any():
+        return None
+    modes = modes_of(system)
+    omega = drive.angular_frequency()
+    if modes is None or (omega and not (np.abs(modes.poles**2 + omega**2) * CANCELLING > omega**2).all()):
+        return None
+    under = _under_sine if omega else _waves
+    result = system.d[..., :1] * drive.value(times)
+    terms = np.zeros(result.shape[:2])
+    for poles, amounts in _parted(modes.poles, modes.shown * modes.excited[:, None, :, 0]):
+        largest = np.zeros(poles.shape)
+        for some in np.array_split(np.arange(len(poles)), min(-(-poles.size * _BLOCK // _MOST_WAVES), len(poles))):
+            for part, waves in under(poles[some], drive, times):
+                result[some, :, part] += np.real(amounts[some] @ waves.transpose(1, 2, 0))
+                largest[some] = np.maximum(largest[some], np.abs(waves).max(axis=0, initial=0.0))
+        terms += (np.abs(amounts) @ largest[..., None])[..., 0]
+    tell_apart = (terms <= cancelling * np.abs(result).max(axis=2)).all()
+    return result if np.isfinite(terms).all() and tell_apart else None
+
+
+def _parted(poles: NDArray[Any], amounts: NDArray[Any]) -> list[tuple[NDArray[Any], NDArray[Any]]]:
+    """Return poles (n, s) and amounts (n, outputs, s) in two parts: real numbers, and one of each conjugate pair.
+
+    The amounts of a pair are doubled. All in one part where not all netlists have as many pairs.
+    """
+    if not np.iscomplexobj(poles) or not poles.size:
+        return [(poles, amounts)]
+    side = np.sign(poles.imag)
+    pairs = (side > 0).sum(axis=1)
+    if (pairs != pairs[0]).any() or ((side < 0).sum(axis=1) != pairs).any():
+        return [(poles, amounts)]
+    order = np.argsort(-side, axis=1, kind="stable")
+    poles, amounts = np.take_along_axis(poles, order, 1), np.take_along_axis(amounts, order[:, None], 2)
+    above = int(pairs[0])
+    alone = slice(above, poles.shape[1] - above)
+    return [(poles[:, :above], 2 * amounts[..., :above]), (poles[:, alone].real, amounts[..., alone].real)]
 
 
 def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) -> Array:
@@ -167,6 +221,19 @@ def _waves(poles: NDArray[Any], drive: Drive, times: Array) -> Iterator[tuple[sl
             some = slice(at, min(at + _BLOCK, end))
             k = places[some]
             yield some, _after(poles, states[k - first], start[k], slopes[k], times[some] - grid[k])
+
+
+def _under_sine(poles: NDArray[Any], drive: Drive, times: Array) -> Iterator[tuple[slice, NDArray[Any]]]:
+    """Return modes as `_waves` does, under a sine: the steady answer, and the mode that takes it from rest."""
+    omega = drive.angular_frequency()
+    begin, values = drive_at(drive, np.zeros(1)), drive_at(drive, times)
+    share = -1 / (poles**2 + omega**2)
+    for first in range(0, len(times), _BLOCK):
+        part = slice(first, first + _BLOCK)
+        u, later = values[:, part, None, None]
+        grown = np.exp(poles * times[part, None, None])
+        steady, start = poles * u + omega * later, poles * begin[0] + omega * begin[1]
+        yield part, share * (steady - grown * start)
 
 
 def _after(poles: NDArray[Any], states: NDArray[Any], starts: Array, slopes: Array, times: Array) -> NDArray[Any]:

@@ -46,6 +46,9 @@ _ORDER = 8
 _MOST_POINTS = 1e8
 #: Largest step, as a fraction of the time since the beginning of the segment.
 _GROWTH = 0.35
+#: Largest factor by which a step is longer than the one before: a capacitor's current is the difference of its charges
+#: over the step, whose rounding the next step takes on in proportion to this factor.
+_LONGER = 100.0
 #: Distance of two kinks, in steps, up to which they are the same.
 _SAME_BEND = 0.1
 
@@ -74,6 +77,12 @@ class Grid:
         np.add.at(inside, self.segments[:, 0], 1)
         np.subtract.at(inside, self.segments[:, 1], 1)
         return np.asarray(np.cumsum(inside)[:-1] > 0)
+
+    @cached_property
+    def unevenness(self) -> float:
+        """Largest factor by which a step is longer than the one before."""
+        steps = np.diff(self.nodes)
+        return float((steps[1:] / steps[:-1]).max(initial=1.0))
 
     def parts(self, parts: int) -> NDArray[np.intp]:
         """Return the number of equal steps into which each step is split for ``parts``."""
@@ -210,7 +219,11 @@ def design_grid(
         inside = samples[np.searchsorted(samples, a) : np.searchsorted(samples, b, side="right")]
         if not (interpolate and len(inside) > 2 * len(piece) and len(piece) > 12):
             piece = _merged(piece, inside, 3e-8 / fastest)
-        pieces.append(piece)
+        if pieces and (linear or not half[k - 1]):
+            before = rise / 4 if half[k - 1] else pieces[-1][-1] - pieces[-1][-2]
+        else:
+            before = np.inf
+        pieces.append(_graded(piece, float(before)))
     within = breakpoints[jumping, None] + rise * np.array([-0.25, 0.0, 0.25]) if linear else np.empty(0)
     nodes = np.unique(np.concatenate([*pieces, within.ravel()]))
     segments = np.searchsorted(nodes, np.array([(p[0], p[-1]) for p in pieces]))
@@ -321,6 +334,17 @@ def _merged(piece: Array, samples: Array, tolerance: float) -> Array:
     kept = piece[~near]
     inside = samples[(samples > kept[0] + tolerance) & (samples < kept[-1] - tolerance)]
     return np.asarray(np.union1d(kept, inside), dtype=float)
+
+
+def _graded(piece: Array, before: float) -> Array:
+    """Return the nodes with more of them after short steps, of which the one before the piece is the first."""
+    steps = np.diff(piece, prepend=piece[0] - before)
+    added = []
+    for k in np.flatnonzero(steps[1:] > _LONGER * steps[:-1]).tolist():
+        ratio = steps[k + 1] / steps[k]
+        parts = int(np.ceil(np.log(ratio) / np.log(_LONGER)))
+        added.append(piece[k] + steps[k] * ratio ** (np.arange(1, parts) / parts))
+    return np.union1d(piece, np.concatenate(added)) if added else piece
 
 
 def lagrange(nodes: Array, at: Array, width: int) -> Array:

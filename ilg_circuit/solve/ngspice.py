@@ -39,7 +39,7 @@ Arrival = Callable[[int, Callable[[str], float]], float]
 _OPTIONS = {"method": "trap", "trtol": "1e12", "reltol": "1e-3", "abstol": "1e-6", "vntol": "1e-3", "chgtol": "1e-14"}
 #: A nonlinear circuit is iterated until all voltages converge; far from the solution an exponential needs many steps.
 #: Current convergence is not required: across a jump, capacitor currents are rounding errors amplified by C/h.
-_NONLINEAR = {"reltol": "1e-10", "abstol": "1.0", "vntol": "1e-12", "itl1": "500", "itl4": "500"}
+_NONLINEAR = {"reltol": "1e-12", "abstol": "1.0", "vntol": "1e-14", "itl1": "500", "itl4": "500"}
 #: But ngspice stores the iteration before the last, so every point of a nonlinear circuit is begun with its drive a
 #: little off, by this part of the largest: one more iteration follows, and stored currents belong to stored voltages.
 _NUDGE = 1e-6

@@ -45,7 +45,11 @@ class StateSpace:
         return np.asarray(np.linalg.eigvals(self.a), dtype=complex)
 
     def steady(self) -> Array:
-        """Return the outputs (n, o) at rest under 1 V of the first drive.
+        """Return the outputs (n, o) at rest under 1 V of the first drive; see `gains`."""
+        return np.asarray(self.gains()[..., 0])
+
+    def gains(self) -> Array:
+        """Return the outputs (n, o, k) at rest under 1 V of each of k drives alone.
 
         An integrator without input does not change them. Raises SolveError for a circuit that never comes to rest.
         """
@@ -53,11 +57,11 @@ class StateSpace:
         speeds[speeds <= _STANDS_STILL * speeds.max(axis=1, keepdims=True, initial=1e-300)] = np.inf
         slow = _SLOW * speeds.min(axis=1)[:, None, None]
         identity = np.eye(self.a.shape[1])
-        at = [refined_solve(k * slow * identity - self.a, self.b[:, :, :1]) for k in (1.0, 2.0)]
+        at = [refined_solve(k * slow * identity - self.a, self.b[:, :, :-1]) for k in (1.0, 2.0)]
         x = 2 * at[0] - at[1]  # the answer at s = 0, from two small s
         if not np.isfinite(x).all():
             raise SolveError("the circuit does not come to rest under a constant voltage")
-        return np.asarray((self.c @ x + self.d[:, :, :1])[..., 0])
+        return np.asarray(self.c @ x + self.d[:, :, :-1])
 
 
 def state_space(netlists: Sequence[Netlist]) -> StateSpace:

@@ -43,8 +43,10 @@ _GAIN = 3.0
 #: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16, at
 #: most, and what is to be reckoned with in any.
 _ROUNDING, _NOISE = 1e-11, 3e-13
+#: The same for a step and one before it that is shorter, by their ratio.
+_NOISE_UNEVEN = 3e-15
 #: Rounding of a nonlinear run, by Newton's iterations.
-_NOISE_NONLINEAR = 6e-10
+_NOISE_NONLINEAR = 1e-10
 #: Factor by which halving the steps reduces an error at a kink between nodes.
 _HALVED = 8.0
 #: Least charge before or after it passes zero, relative to its largest value; smaller ones are rounding about zero.
@@ -300,6 +302,7 @@ class _Batch:
         from .ngspice import session
 
         columns: list[Array] = []  # Neville's scheme: columns[j] has been extrapolated j times
+        noise = max(_NOISE, _NOISE_UNEVEN * grid.unevenness)
         before: Array | float = np.inf
         with session().loaded(self._text, float(grid.nodes[-1]), self._vector_names, linear=self._linear) as run:
             for parts in range(1, _MOST_RUNS + 1):
@@ -315,7 +318,7 @@ class _Batch:
                     moved = self._errors(columns[-1] - previous[-1], columns[-1])
                     rounding = self._errors(terms, columns[-1])
                     ahead = moved * np.minimum(moved / np.maximum(before, 1e-300), 1.0)
-                    errors = _CAREFUL * np.sqrt(moved * np.maximum(ahead, _NOISE * rounding)) + _NOISE * rounding
+                    errors = _CAREFUL * np.sqrt(moved * np.maximum(ahead, noise * rounding)) + noise * rounding
                     errors = np.maximum(errors, self._errors(columns[-1] - columns[-2], columns[-1]))
                     before = moved
                     if stiff:

@@ -101,11 +101,19 @@ class Relaxations:
     """The ideal element that a ladder approximates: its closed form, and the fineness of its density of relaxations.
 
     ``impedance`` [ohm] of complex ``s`` (n,) [rad/s] off the negative real axis; ``width`` is the half-width of the
-    narrowest peak of the density, in units of log(lambda).
+    narrowest peak of the density, in units of log(lambda). ``density`` is -Im Z(-lambda + i0) of log(lambda), where
+    that is known in real numbers, which take a fifth of the time.
     """
 
     impedance: Callable[[ComplexArray], ComplexArray]
     width: float = 1.0
+    density: Callable[[Array], Array] | None = None
+
+    def at(self, logs: Array) -> Array:
+        """Return -Im Z(-lambda + i0) [ohm] at ``logs`` of lambda."""
+        if self.density is not None:
+            return self.density(logs)
+        return np.asarray(-self.impedance(-np.exp(logs) + 0j).imag)
 
 
 def gathered(
@@ -130,9 +138,8 @@ def gathered(
     fine = 4 ** math.ceil(max(math.log(3 * _STEP / max(relaxations.width, _NARROWEST), 4), 0.0))
     count = blocks * coarse * fine
     logs = math.log(start) + length / count * (np.arange(count) + 0.5)
-    rates = np.exp(logs)
     # multiplied by sqrt(lambda), which makes the density of diffusion more uniform
-    weights = np.maximum(-relaxations.impedance(-rates + 0j).imag, 0.0) / np.pi * np.sqrt(rates) * length / count
+    weights = np.maximum(relaxations.at(logs), 0.0) * np.exp(logs / 2) * (length / count / np.pi)
     nodes, masses = np.zeros(0), np.zeros(0)
     for x, w, order in zip(np.split(logs, blocks), np.split(weights, blocks), shares(sections, blocks), strict=True):
         if w.sum() > 0:

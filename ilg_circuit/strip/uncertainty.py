@@ -41,6 +41,11 @@ class Residuals:
             raise InputError("uncertainty.residuals: times ascend above zero, no deviation is negative")
 
     @property
+    def unit(self) -> str:
+        """The unit of the deviations."""
+        return RESIDUAL_UNITS[self.quantity]
+
+    @property
     def rms(self) -> float:
         """Root mean square of the deviations, over the logarithm of time."""
         return float(np.sqrt(np.mean(np.array(self.deviations) ** 2)))

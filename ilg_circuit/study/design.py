@@ -26,7 +26,6 @@ from .pareto import Front, pareto_front, parse_objectives
 from .plan import Vary, range_texts
 from .problem import Design, DesignProblem, Objective, best_design, distinct
 from .requirements import nothing_asked, parse_requirements, quantity
-from .search import INITIAL_POINTS
 from .sensitivity import Sensitivity, SobolIndices, confident_design, sobol_indices
 from .sensitivity import sensitivity as sensitivity_of
 from .space import Counter, Space, parse_ranges, resolve_engine, uncounted
@@ -92,7 +91,7 @@ class DesignReport(Result, Warned):
             run = scenario.drive, scenario.duration, largest_voltage(scenario.actuator, scenario.drive)
             texts += run_warnings(scenario.actuator, *run, peak if math.isfinite(peak) else None)
             if design.failures:
-                numbers = {"failures": design.failures, "total": INITIAL_POINTS[design.problem.space.engine]}
+                numbers = {"failures": design.failures, "total": space.scattered}
                 failed = [Finding("designs-failed", values=numbers)]
         told += tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
         return (*told, *(self.front.findings if self.front else ()), *failed)
@@ -357,7 +356,7 @@ def _design(design: Design, report: DesignReport) -> dict[str, Any]:
         "omissions": [{"without": x.requirement.text, "worst_margin": x.margin} for x in report.without_requirement],
         "search": {
             "engine": problem.space.engine,
-            "scattered": INITIAL_POINTS[problem.space.engine],
+            "scattered": problem.space.scattered,
             "starts": len(search.ends),
             "agreeing": search.agreeing,
             "spread": dict(zip(problem.space.names, search.spread.tolist(), strict=True)),

@@ -24,7 +24,7 @@ from .evaluate import Progress
 from .plan import sobol_points
 from .problem import DesignProblem, Objective, distinct, slacks
 from .requirements import quantity
-from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Terms, Values, distant, local_search
+from .search import FEASIBLE, Goal, LocalOptimum, Terms, Values, distant, local_search
 
 #: Number of objectives -> default number of points of the front.
 POINTS = {2: 25, 3: 60}
@@ -169,7 +169,7 @@ class _FrontInProgress:
 
     def _begin(self) -> None:
         """Find the best design of each objective, and improve a few distant nondominated initial points."""
-        sampled = sobol_points(len(self.space.ranges), 2 * INITIAL_POINTS[self.space.engine], self.problem.seed)
+        sampled = sobol_points(len(self.space.ranges), 2 * self.space.scattered, self.problem.seed)
         values = self.space.at(sampled, self.quantities)
         self.objectives = tuple(o.scaled(values[o.quantity.name]) for o in self.objectives)
         costs, constraints = self._judge(values)

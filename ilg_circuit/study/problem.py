@@ -17,7 +17,7 @@ from ..errors import InputError, SolveError
 from .parameters import Scenario
 from .plan import sobol_points
 from .requirements import Quantity, Requirement, nothing_asked
-from .search import FEASIBLE, INITIAL_POINTS, Goal, Search, Terms, Values, local_search, search
+from .search import FEASIBLE, Goal, Search, Terms, Values, local_search, search
 from .space import Space
 
 #: Lowest and highest value.
@@ -180,7 +180,7 @@ def best_design(problem: DesignProblem, extra: Sequence[Quantity] = ()) -> Desig
     Raises SolveError where no design within the ranges can be simulated.
     """
     space = problem.space
-    points = sobol_points(len(space.ranges), INITIAL_POINTS[space.engine], problem.seed)
+    points = sobol_points(len(space.ranges), space.scattered, problem.seed)
     values = space.at(points, problem.quantities)
     known = np.isfinite(list(values.values())).all(axis=0)
     if not known.any():

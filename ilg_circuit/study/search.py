@@ -28,8 +28,6 @@ AGREEMENT = 1e-3
 _IMPOSSIBLE = 1e3
 #: Steps of the central differences, as fractions of a range; larger for ngspice, whose error is 1e-6.
 _STEPS = {"exact": 1e-4, "ngspice": 5e-3}
-#: Sobol points evaluated first.
-INITIAL_POINTS = {"exact": 1024, "ngspice": 64}
 #: Local searches.
 STARTS = {"exact": 8, "ngspice": 3}
 _MOST_ITERATIONS = {"exact": 60, "ngspice": 25}

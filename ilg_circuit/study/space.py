@@ -13,11 +13,16 @@ from ..circuit.strip import strip_netlist
 from ..errors import InputError, argument
 from ..solve.library import chosen_engine
 from ..strip.changes import Value
+from ..strip.models.ladder_path import LadderPath
 from .evaluate import Evaluation, evaluate, scenario_of, scenarios_of
 from .parameters import Scenario, ScenarioTemplate
 from .plan import Range, parse_each
 from .requirements import Designs, Quantity
 
+#: Sobol points that a search evaluates first; of a ladder, whose circuit is large, half as many for each range less
+#: than so many.
+INITIAL_POINTS = {"exact": 1024, "ngspice": 64}
+_ALL_FROM = 4
 #: Called with the number of designs simulated since the last call.
 Counter = Callable[[int], None]
 
@@ -73,6 +78,13 @@ class Space:
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(interval.parameter.name for interval in self.ranges)
+
+    @property
+    def scattered(self) -> int:
+        """Number of designs, scattered over the ranges, that a search begins with."""
+        ladder = self.engine == "exact" and isinstance(self.template.actuator.material.model.ions, LadderPath)
+        fewer = max(_ALL_FROM - len(self.ranges), 0) if ladder else 0
+        return max(INITIAL_POINTS[self.engine] >> fewer, 1)
 
     def columns(self, points: Array) -> dict[str, Array]:
         """Return the values (k,) [SI] of each parameter at ``points`` (k, n)."""

@@ -24,11 +24,12 @@ from ilg_circuit.kits.subcircuit import kit_library
 from ilg_circuit.kits.tolerances import tolerances
 from ilg_circuit.simulation.prediction_band import prediction_band, scaled
 from ilg_circuit.simulation.response import Response, simulate
-from ilg_circuit.strip.actuator import PAPER, Actuator, Uncertainty
+from ilg_circuit.strip.actuator import PAPER, Actuator, Sensing, Uncertainty
 from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.file import dumps, save_actuator
 from ilg_circuit.strip.ladder import LADDER_BAND
 from ilg_circuit.strip.models import electrical_model
+from ilg_circuit.strip.uncertainty import Residuals
 
 Array = NDArray[np.float64]
 Vectors = dict[str, NDArray[np.complex128]]
@@ -327,6 +328,16 @@ def test_refusals_are_one_line(run: Run, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "mine", "port.toml"]
     with pytest.raises(InputError, match="no \\[coupling\\]"):
         ilg.kit(replace(PAPER, coupling=None), "kit")
+
+
+def test_a_kit_tells_of_the_misfit_that_its_decks_are_without(tmp_path: Path) -> None:
+    left = Residuals("current", (1.0, 10.0), (3e-3, 3e-3))
+    strip = replace(PAPER, uncertainty=Uncertainty("rc", ("capacitance",), ((1e-4,),), 2.0, (left,)))
+    text = (ilg.kit(strip, tmp_path / "kit", "step:2V", "10 s") / "README.md").read_text()
+    assert "- current: 0.003 A/V\n" in text
+    assert "monte_carlo.cir are without it" in text
+    with pytest.raises(InputError, match=r"has a \[sensing\] of its own"):
+        ilg.kit(replace(PAPER, sensing=Sensing(instantaneous=3.0)), tmp_path / "other")
 
 
 def test_a_kit_replaces_a_kit_and_nothing_else(run: Run) -> None:

@@ -141,5 +141,19 @@ MAKERS = {
     "moved.csv": _moved,
     "fitted.toml": _fitted,
     "strip.toml": _strip,
+    "four.toml": lambda path: (
+        ilg.load("paper")
+        .with_(
+            electrodes={
+                "sheet_resistance_1": 0.25,
+                "sheet_resistance_2": 0.25,
+                "segments_1": 4,
+                "segments_2": 4,
+                "contact": "each",
+                "cells": 8,
+            }
+        )
+        .save(path)
+    ),
     "bending.toml": lambda path: ilg.load("paper").with_(kind="charge", instantaneous="130 nm/V").save(path),
 }

@@ -53,6 +53,8 @@ def work_through(block: Block, run: Run, space: dict[str, object]) -> None:
         case "toml":
             Path(block.file).write_text(block.code)
             loads(block.code)
+        case "text" if block.file:
+            Path(block.file).write_text(block.code)
 
 
 @pytest.mark.parametrize("page", SHOWING, ids=name)

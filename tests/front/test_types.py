@@ -16,6 +16,7 @@ from ilg_circuit.control.adaptive import Adaptive
 from ilg_circuit.control.close import Closed
 from ilg_circuit.control.learn import Learned
 from ilg_circuit.control.track import Tracked
+from ilg_circuit.control.tracked_shape import TrackedShape
 from ilg_circuit.control.tune import Tuned
 from ilg_circuit.fit.result import FitResult
 from ilg_circuit.front.data import Measured
@@ -74,7 +75,7 @@ RETURNED = {
     "subcircuit": SubCircuit,
     "sweep": SweepResult,
     "to_control": Any,  # python-control's, which ships no types
-    "track": Tracked,
+    "track": Tracked | TrackedShape,
     "tune": Tuned,
 }
 #: Names that modules import for types alone.

@@ -39,7 +39,8 @@ def main() -> int:
             fuzz_case.warm()
         for seed in cases:
             found = case(seed, folder)
-            outcomes["wrong" if found.wrong else f"exit {found.code}"] += 1
+            came = "ended by its time limit" if found.limited else f"exit {found.code}"
+            outcomes["wrong" if found.wrong else came] += 1
             if found.wrong:
                 line = fuzz_lines.command_line(seed) if given.what == "commands" else []
                 print(f"case {seed}: {' '.join(line)[:400]!r}\n{found.wrong}", flush=True)

@@ -35,8 +35,10 @@ from ilg_circuit.strip.actuator import PAPER, Actuator, Electrodes, Layer
 from ilg_circuit.strip.file import dumps, load_actuator
 from ilg_circuit.study.plan import read_plan
 
-#: Processor time [s] that a case may take.
-LONGEST = 5.0
+#: Processor time [s] that a case may take, and how long searches are given before they end themselves.
+LONGEST, LIMIT = 5.0, "4s"
+#: Commands whose work is a search over many simulations, which say how long they will take and are ended by an option.
+SEARCHES = ("design", "identify", "sense", "sweep")
 _NOT_A_NUMBER = re.compile(r"(?<![\w$/.\\-])-?(nan|inf|infinity)(?![\w.])", re.IGNORECASE)
 #: A line of progress, which work that takes long shows.
 _PROGRESS = re.compile(r"\w+: .*(to go|and more to come)$")
@@ -55,11 +57,15 @@ class TooLongError(BaseException):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a case: its exit code, the processor time [s] that it took, and what is wrong, "" if nothing."""
+    """What came of a case: its exit code, the processor time [s] that it took, and what is wrong, "" if nothing.
+
+    ``limited``: it was a search that its time limit ended.
+    """
 
     code: int
     seconds: float
     wrong: str = ""
+    limited: bool = False
 
 
 def strips() -> dict[str, str]:
@@ -92,6 +98,8 @@ def write_inputs(folder: Path) -> None:
     texts["journal.mplstyle"] = "font.size: 8\nlines.linewidth: 1\n"
     texts["tip.csv"] = track_texts.TRACKS["CSV, pixels"][0]()
     texts["motion.csv"] = _DRIVE.replace("voltage_V", "displacement_mm")
+    texts["bend.csv"] = "time_s,curvature_1_1/m,curvature_4_1/m,angle_rad\n0,0,0,0\n5,2,-1,0.02\n9,0,1,0\n"
+    texts["segments.csv"] = "time_s,voltage_1_V,voltage_3_V\n0,0,0\n1,2,-1\n5,1,1\n"
     texts["trial.csv"] = "time_s,voltage_V,displacement_mm\n0,0,0\n1,1,0.1\n2,0.5,0.15\n"
     texts["own.py"] = "def step(reference, measured):\n    return 1e3 * (reference - measured)\n"
     texts["tuned.json"] = _TUNED
@@ -116,11 +124,12 @@ def run_command(seed: int, given: Path) -> Outcome:
             os.link(path, folder / path.name)
         before = {path.name: path.read_bytes() for path in folder.iterdir()}
         out, err = io.StringIO(), io.StringIO()
+        line = limited_line(fuzz_lines.command_line(seed))
 
         def call() -> int:
             try:
                 with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-                    main(fuzz_lines.command_line(seed))
+                    main(line)
             except SystemExit as end:
                 return int(end.code or 0)
             return 0
@@ -128,7 +137,14 @@ def run_command(seed: int, given: Path) -> Outcome:
         found = timed(call)
         if found.wrong:
             return found
-        return replace(found, wrong=_faults(found.code, out.getvalue(), err.getvalue(), folder, before))
+        said = err.getvalue()
+        wrong = _faults(found.code, out.getvalue(), said, folder, before)
+        return replace(found, wrong=wrong, limited=f"stopped by --time-limit after {LIMIT}" in said)
+
+
+def limited_line(line: list[str]) -> list[str]:
+    """Return a command line with a time limit where it is a search."""
+    return [*line, "--time-limit", LIMIT] if line[0] in SEARCHES else line
 
 
 def read_damaged(seed: int, folder: Path) -> Outcome:

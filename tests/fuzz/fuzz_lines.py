@@ -53,7 +53,7 @@ _OUTPUTS = ("displacement_final", "force_blocked", "settling_time", "energy", "c
 #: option -> good values; "command option" for one command alone.
 GOOD: dict[str, tuple[str, ...]] = {
     "--drive": _DRIVES,
-    "simulate --drive": (*_DRIVES, "1=step:1V", "2=sine:1V,1Hz", "-1=step:1V", "2=open"),
+    "simulate --drive": (*_DRIVES, "1=step:1V", "2=sine:1V,1Hz", "-1=step:1V", "2=open", "file:segments.csv"),
     "netlist --drive": (*_DRIVES, "1=step:1V", "2=square:-1V..1V,1s"),
     "--segment": ("1", "2", "4"),
     "--motion": ("step:1mm", "square:1mm,3s", "sine:1mm,0.5Hz", "ramp:0.1mm/s", "file:motion.csv"),
@@ -72,8 +72,10 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--quantum": ("10um",), "close --samples": ("11", "51"), "--c-code": ("law.c",),
     "--gain-bandwidth": ("1MHz", "10kHz"), "--supply": ("15V", "9V"), "--sensor-gain": ("1V/mm",),
     "--parts": ("parts.csv",),
-    "--path": ("step:1mm", "sine:1mm,10mHz", "file:motion.csv"), "--quantity": ("displacement", "force"),
-    "track --path": ("step:1mm", "sine:1mm,10mHz", "file:motion.csv", "step:50nN", "sine:50nN,10mHz"),
+    "--path": ("step:1mm", "sine:1mm,10mHz", "file:motion.csv"), "--quantity": ("displacement", "force", "shape"),
+    "track --path": ("step:1mm", "sine:1mm,10mHz", "file:motion.csv", "step:50nN", "sine:50nN,10mHz",
+                     "1=sine:5 1/m,10mHz", "curvature_2=step:1 1/m", "angle=step:0 rad", "file:bend.csv"),
+    "track --voltage": ("4V", "4V,2V", "3V,3V,3V,3V"),
     "--nodes": ("20", "51"), "--slew": ("1V/s",),
     "learn --trials": ("1", "3"), "--bandwidth": ("20mHz",), "--gain": ("1", "0.5"), "learn --trial": ("trial.csv",),
     "--current": ("50mA",), "--energy": ("2J",),

@@ -65,6 +65,20 @@ def test_a_strip_that_follows_charge_is_recognised() -> None:
     assert 0 < band[-1] < 0.03 * 10800 * 80e-9
 
 
+def test_a_law_that_the_data_do_not_tell_apart_is_named() -> None:
+    """Three relaxations of the voltage, one of them at Rd C, are the charge and two relaxations of it."""
+    law = VoltageRelaxations(gain_1=100e-9, time_1=1.5, gain_2=-80e-9, time_2=6.8, gain_3=100e-9, time_3=50.0)
+    found = fitted(law, "auto")
+    assert found.coupling is not None
+    rows = {row.law: row for row in found.coupling.laws}
+    assert rows["charge2"].chosen
+    assert [name for name, row in rows.items() if row.alike] == ["voltage3"]
+    (told,) = [f for f in found.findings if f.code == "coupling-alike"]
+    assert told.values["others"] == "3 relaxations of the voltage"
+    assert "as good as the chosen one" in found.summary()
+    assert found.to_dict()["displacement"]["laws"][list(rows).index("voltage3")]["alike"]
+
+
 def test_d_of_s_wins_where_it_is_true() -> None:
     found = fitted(PAPER.coupling, "auto")
     assert found.actuator.coupling is not None
@@ -80,6 +94,18 @@ def test_a_law_can_be_named() -> None:
     assert found.time_2 == pytest.approx(20.0, rel=0.1)
     with pytest.raises(InputError, match="is 'chrge'; choose one of auto, ec31, charge1"):
         fitted(law, "chrge")
+
+
+def test_the_laws_compete_where_the_clock_is_fitted() -> None:
+    """A camera 0.6 s late: d(s) beside its own delay is no better than the charge beside the right one."""
+    made = record(CHARGE)
+    time, moved = made.columns["time"], made.columns["displacement"]
+    late = made.changed(displacement=np.interp(time - 0.6, time, moved)).measurement()
+    found = identify(late, base=PAPER, model="rc", engine="exact", displacement_delay="fit")
+    assert isinstance(found.actuator.coupling, ChargeCoupling)
+    low, high = found.derived["displacement_delay"].reported[1]
+    assert low <= 0.6 <= high
+    assert high - low < 0.1
 
 
 def test_files_of_different_gains_share_the_law() -> None:

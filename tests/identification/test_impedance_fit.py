@@ -13,7 +13,7 @@ from synthetic import noisy_factor
 from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.fit import fitting
 from ilg_circuit.fit.identifiability import DETERMINED
-from ilg_circuit.identification import impedance
+from ilg_circuit.identification import identify, impedance
 from ilg_circuit.identification.impedance import DC, ImpedanceData, Weighting
 from ilg_circuit.identification.port_fit import PortFit
 from ilg_circuit.measurements.spectrum import Spectrum
@@ -140,6 +140,16 @@ def test_an_open_electron_path_is_said_and_bounded(model: str) -> None:
     assert found.values[DC] == pytest.approx(1e6 * np.abs(z).max())
     assert DC not in found.fit.labels
     assert found.fit.values == pytest.approx(values[1:], rel=0.1)
+
+
+def test_what_follows_from_an_open_path_alone_has_no_error() -> None:
+    kind, f = electrical_model("rc"), np.geomspace(1e-2, 1e4, 41)
+    z = kind.port((1e7, 6.8, 0.02)).impedance(2j * np.pi * f) * noisy_factor(41, 0.003, 2)
+    derived = identify(Spectrum("s", f, z), model="rc").derived
+    steady = derived["steady_resistance"]
+    assert (steady.stderr, steady.ci95) == (None, None)
+    assert steady.fixed_because.startswith("as dc_resistance: no electron path")
+    assert derived["time_constant"].stderr
 
 
 def test_a_visible_electron_path_is_not_called_open() -> None:

@@ -44,7 +44,7 @@ def without(strip: Actuator) -> Actuator:
 
 def test_held_out_records_lie_within_the_band(fit: Any) -> None:
     found: dict[bool, list[float]] = {True: [], False: []}
-    for k, drive in enumerate(["step:1V", "step:-1.5V", "square:-2V..2V,50s", "square:1V,40s"]):
+    for k, drive in enumerate(["step:1V", "step:-1.5V", "square:-2V..2V,50s", "square:1V,40s", "sine:1V,20mHz"]):
         for whole in found:
             strip = fit.actuator if whole else without(fit.actuator)
             held = record(drive, 10 + k)
@@ -76,18 +76,24 @@ def test_it_is_kept_with_the_fit(fit: Any) -> None:
 
 
 def test_what_it_adds() -> None:
-    left = Residuals("current", (1.0, 10.0, 100.0), (3e-3, 2e-3, 1e-3), 0.9)
+    times = tuple(np.geomspace(1.0, 100.0, 5))
+    left = Residuals("current", times, (3e-3, 2.5e-3, 2e-3, 1.5e-3, 1e-3), 0.9)
     assert left.at(np.array([-1.0, 0.1, 10.0, 1e3])) == pytest.approx([0.0, 3e-3, 2e-3, 1e-3])
     strip = replace(PAPER, uncertainty=Uncertainty("rc", ("capacitance",), ((0.0,),), 2.0, (left,)))
     how: dict[str, Any] = {"engine": "exact", "band": True, "beam": "static"}
     step = ilg.simulate(strip, "step:-2V", times=[0.5, 10.0, 100.0], **how).stderr["current"]
-    assert step == pytest.approx([6e-3, 4e-3, 2e-3], rel=1e-6)
-    # after a jump from 2 V to -2 V: that of 4 V, and of the level before
+    assert step == pytest.approx([6e-3, 4e-3, 2e-3], rel=5e-3)
+    # after a jump from 2 V to -2 V: of two steps of opposite sign, that do not cancel
     square = ilg.simulate(strip, "square:-2V..2V,40s", times=[10.0, 30.0], **how).stderr["current"]
     after = np.hypot(4 * 2e-3, 2 * left.at(np.array([30.0]))[0])
-    assert square == pytest.approx([4e-3, after], rel=1e-6)
-    sine = ilg.simulate(strip, "sine:1V,1mHz", times=[1.0, 90.0], **how).stderr["current"]
-    assert sine == pytest.approx(np.sqrt(np.mean(np.array(left.deviations) ** 2)), rel=1e-6)
+    assert square == pytest.approx([4e-3, after], rel=0.05)
+    # a drift goes with the time since the onset
+    sine = ilg.simulate(strip, "sine:1V,1Hz", times=[10.0, 90.0], **how).stderr["current"]
+    assert (sine >= left.at(np.array([10.0, 90.0])) * (1 - 1e-9)).all()
+    assert sine.max() < 3e-3
+    # of a ramp, all steps since are alike at first
+    ramp = ilg.simulate(strip, "ramp:1V/s", times=[0.5], **how).stderr["current"]
+    assert ramp == pytest.approx([0.5 * 3e-3], rel=1e-2)
     assert (
         not ilg.simulate(strip, "step:1V", times=[1.0], tip="clamped", engine="exact", band=True)
         .stderr["current"]

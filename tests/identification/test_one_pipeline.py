@@ -108,6 +108,29 @@ def test_displacements_that_no_coupling_holds_for_leave_the_port(
     assert f"warning: {finding['text']}" in done.err.splitlines()
 
 
+def test_files_keep_their_own_coupling_where_the_joint_fit_fails(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    true, calls = coupling_fit.fit, iter((True,))
+
+    def fails_at_first(*given: Any, **how: Any) -> Any:
+        if next(calls, False):
+            raise SolveError("the fit did not converge in 200 evaluations")
+        return true(*given, **how)
+
+    files = write("several", tmp_path)
+    monkeypatch.setattr(coupling_fit, "fit", fails_at_first)
+    done = run("identify", *files, *RC, "--out", "f.toml", "--json", "fit.json")
+    assert done.code == 0, done.err
+    content = json.loads(Path("fit.json").read_text())
+    assert {"displacements-inconsistent", "displacements-apart"} <= {f["code"] for f in content["findings"]}
+    for name in ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency"):
+        own = [found[name]["value"] for found in content["own"].values() if name in found]
+        assert len(own) == len(set(own)) > 1
+        assert content["parameters"][name]["value"] == pytest.approx(np.exp(np.mean(np.log(own))))
+    assert load_actuator("f.toml").coupling is not None
+
+
 def test_displacements_of_different_gels_are_no_failure(run: Run, tmp_path: Path) -> None:
     """The port of all files is given, whatever becomes of d(s), and what is wrong with it is said."""
     k = PAPER.coupling

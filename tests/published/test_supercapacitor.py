@@ -86,3 +86,8 @@ def test_randles_describes_it_within_a_few_per_cent(name: str) -> None:
     assert plain.parameters["series_resistance"].value == pytest.approx(0.807, abs=0.005)
     assert leads.parameters["series_resistance"].value == pytest.approx(0.681, abs=0.01)
     assert leads.parameters["inductance"].value == pytest.approx(1.11e-7, rel=0.03)
+
+
+def test_the_model_that_describes_it_is_named(found: Identification) -> None:
+    (said,) = (f for f in found.findings if f.code == "richer-model-untried")
+    assert "randles" in str(said)

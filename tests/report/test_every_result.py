@@ -31,6 +31,7 @@ from ilg_circuit.control.close import Closed
 from ilg_circuit.control.learn import Learned, learn
 from ilg_circuit.control.programme import Limits
 from ilg_circuit.control.track import Tracked, track
+from ilg_circuit.control.tracked_shape import TrackedShape
 from ilg_circuit.control.tune import Tuned, tune
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
@@ -64,7 +65,7 @@ from ilg_circuit.simulation.sensing import Sensed, sense
 from ilg_circuit.simulation.shape import Shape
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import load_actuator
-from ilg_circuit.study import search
+from ilg_circuit.study import search, space
 from ilg_circuit.study.design import DesignReport, design
 from ilg_circuit.study.pareto import Front
 from ilg_circuit.study.sweep import SweepResult, sweep
@@ -74,7 +75,7 @@ T = np.linspace(0.0, 100.0, 51)
 
 def _design() -> DesignReport:
     with pytest.MonkeyPatch.context() as patch:
-        for table, value in ((search.INITIAL_POINTS, 64), (search.STARTS, 2), (search.POLISHING, (1, 2))):
+        for table, value in ((space.INITIAL_POINTS, 64), (search.STARTS, 2), (search.POLISHING, (1, 2))):
             patch.setitem(table, "exact", value)
         asked: dict[str, Any] = {"require": ["displacement_final>=3mm"], "minimise": "energy", "points": 3}
         vary = ["thickness=0.3mm:0.8mm", "voltage=2V:4V"]
@@ -142,6 +143,13 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
         PAPER, example(Tuned), "step:3mm", "50 s", period="0.5 s", samples=26, engine="exact"
     ),
     Tracked: lambda: track(PAPER, parse_drive("step:3mm", 100.0, "m"), 100.0, Limits(4.0), nodes=21),
+    TrackedShape: lambda: ilg_circuit.track(
+        PAPER.with_(electrodes={"sheet_resistance_1": 5, "sheet_resistance_2": 5, "segments_1": 2, "cells": 2}),
+        {1: "sine:5 1/m,10mHz", "angle": "step:0 rad"},
+        "100 s",
+        nodes=21,
+        beam="static",
+    ),
     Learned: lambda: learn(PAPER, parse_drive("triangle:2mm,50s", 100.0, "m"), 100.0, nodes=41, trials=2),
     Tuned: lambda: tune(PAPER, 3e-3, gains={"gain": 2e4, "reset_time": 10.0}, beam="static"),
     SweepResult: lambda: sweep("paper", "step:4V", "300s", vary=["thickness=0.3mm:1mm:4"], engine="exact", jobs=1),

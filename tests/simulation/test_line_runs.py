@@ -138,7 +138,8 @@ def test_impedance_of_joined_terminals_and_of_a_segment() -> None:
 def test_table_and_data_of_a_run() -> None:
     found = run(FOUR, {2: "step:4V", 1: "step:-4V"}, samples=3)
     columns = list(found.columns())
-    assert columns[-8:] == [f"{q}_{k}_{u}" for k in (1, 2, 3, 4) for q, u in (("voltage", "V"), ("current", "A"))]
+    ports = [f"{q}_{k}_{u}" for k in (1, 2, 3, 4) for q, u in (("voltage", "V"), ("current", "A"))]
+    assert columns[-13:] == [*ports, *(f"curvature_{k}_1/m" for k in (1, 2, 3, 4)), "angle_rad"]
     assert found.voltage == pytest.approx([4.0] * 3)
     assert found.current == pytest.approx(found.segments["current_1"] + found.segments["current_2"])
     assert np.shape(found.to_dict()["curvatures"]["values_1_per_m"]) == (3, 8)

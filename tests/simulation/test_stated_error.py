@@ -17,8 +17,8 @@ from ilg_circuit.solve.grid import design_grid
 from ilg_circuit.strip.actuator import PAPER
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-#: Few enough unknowns for a fast test.
-LINEAR = ("rc", "rc2", "rc3", "rc+inductance", "cpe")
+#: Few enough unknowns for a fast test; two in five are ladders, as in the benchmark.
+LINEAR = ("rc", "rc2", "rc+inductance", "cpe", "cpe")
 NONLINEAR = ("rc+growing", "rc2+growing", "rc2+sinh", "rc+sinh", "cpe+sinh")
 
 
@@ -29,7 +29,7 @@ def stated(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.mark.parametrize(
-    ("models", "count", "engine"), [(LINEAR, 10, "ngspice"), (NONLINEAR, 10, "ngspice"), (LINEAR, 25, "exact")]
+    ("models", "count", "engine"), [(LINEAR, 6, "ngspice"), (NONLINEAR, 10, "ngspice"), (LINEAR, 15, "exact")]
 )
 def test_it_bounds_the_true_one(stated: ModuleType, models: tuple[str, ...], count: int, engine: str) -> None:
     """In every one of the runs: one in a hundred is allowed to miss. In the median it is no hundred times larger."""

@@ -85,7 +85,8 @@ def test_random_strips_under_random_lines(strip: Actuator, gaps: list[float], da
         def rate(time: float, state, u0=u0, slope=slope, start=start):
             return a @ state + b * (u0 + slope * (time - start))
 
-        solved = solve_ivp(rate, (start, end), x, "LSODA", [*inside, end], rtol=1e-9, atol=1e-12)
+        atol = 1e-12 * max(drive.largest(), 1e-9)
+        solved = solve_ivp(rate, (start, end), x, "LSODA", [*inside, end], rtol=1e-9, atol=atol)
         x = solved.y[:, -1]
         u = drive.value(inside)
         outputs = system.c[0] @ solved.y[:, :-1] + system.d[0, :, :1] * u

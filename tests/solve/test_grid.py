@@ -35,6 +35,7 @@ def test_grid_covers_the_run(drive: str, count: int, interpolate: bool) -> None:
     on_node = grid.index >= 0
     assert grid.nodes[grid.index[on_node]] == pytest.approx(grid.samples[on_node], rel=1e-12, abs=1e-9)
     assert on_node.all() or interpolate
+    assert grid.unevenness <= 100
 
 
 @given(log_floats(1e-3, 1e4), log_floats(1e-2, 1.0), st.integers(2, 200))

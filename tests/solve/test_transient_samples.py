@@ -55,6 +55,17 @@ def test_engines_agree_on_samples_that_all_but_hit_an_edge(period: float) -> Non
     assert_engines_agree(electrical_netlist(666.0, ((20.0, 0.35),)), drive, np.linspace(0, 10 * period, 201))
 
 
+@pytest.mark.parametrize("apart", [1e-5, 1e-8, 1e-11])
+def test_two_samples_next_to_each_other_do_not_spoil_those_that_follow(apart: float) -> None:
+    """A capacitor's current over a short step is rounded, and a long step after it took that on: 2e-6 of the peak."""
+    net, drive = electrical_netlist(600.0, ((20.0, 0.1),)), parse_drive("ramp:1V/s", 4.0)
+    t = np.array([1.0, 1.0 + apart, 2.0, 3.0, 4.0])
+    found = transient(net, drive, t)
+    expected = t / 600 + 0.1 * -np.expm1(-t / 2.0)
+    error = np.abs(found.output("current") - expected).max() / expected.max()
+    assert error <= found.errors[0, found.names.index("current")] < 1e-7
+
+
 @pytest.mark.parametrize("engine", ["ngspice", "exact"])
 @pytest.mark.parametrize("times", [[0.0], [0.0, 100.0], [0.0, 1e-6, 50.0]])
 def test_the_sample_at_zero_is_the_right_limit(engine: str, times: list[float]) -> None:

@@ -60,7 +60,7 @@ class Randles(LadderPath):
         alpha, a = min(constants[2], _ARC_MOST), min(constants[5], _DIFFUSION_MOST)
         kept = np.array([[*constants[:2], alpha, *constants[3:5], a]])
         width = math.pi * min((1 - alpha) / alpha, (1 - 2 * a) / (2 * a))
-        return Relaxations(lambda s: np.asarray(self.element(kept, s)[0]), width)
+        return Relaxations(lambda s: np.asarray(self.element(kept, s)[0]), width, lambda logs: _density(kept[0], logs))
 
     def to_material(self, values: Sequence[float]) -> dict[str, float]:
         series, r, t, alpha, rw, tau, a = values
@@ -99,6 +99,19 @@ class Randles(LadderPath):
     def shown_element(self, constants: Sequence[float]) -> list[Shown]:
         rows = super().shown_element(constants)
         return [*rows, ("capacitance", constants[4] / constants[3], "F", "EC (14): C = eps L w/b = tau/Rw")]
+
+
+def _density(constants: Array, logs: Array) -> Array:
+    """Return -Im Z(-lambda + i0) [ohm] of a Randles element of ``constants`` at ``logs`` of lambda."""
+    r, t, alpha, rw, tau, a = constants.tolist()
+    x = np.exp(alpha * (logs + math.log(t)))
+    arc = r * math.sin(math.pi * alpha) * x / (1 + x * (x + 2 * math.cos(math.pi * alpha)))
+    y = np.exp(a * (logs + math.log(tau)))
+    p, q = math.cos(math.pi * a) * y, math.sin(math.pi * a) * y
+    # coth(p + iq) = (A - iB)/D
+    small = np.exp(-2 * p)
+    down = np.expm1(-2 * p) ** 2 + 4 * small * np.sin(q) ** 2
+    return np.asarray(arc + rw * (-np.expm1(-4 * p) * q + 2 * small * np.sin(2 * q) * p) / (down * y**2))
 
 
 RANDLES = Randles()
