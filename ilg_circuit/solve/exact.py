@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..drive import Drive, Drives, each
 from ..errors import SolveError
-from .modes import CANCELLING, decomposed, modes_of, phi_pair, recursion
+from .modes import CANCELLING, decomposed, fallen, modes_of, phi_pair, recursion
 from .panels import FRACTIONS, Panels
 from .state_space import StateSpace
 
@@ -243,11 +243,10 @@ def _after(poles: NDArray[Any], states: NDArray[Any], starts: Array, slopes: Arr
 
     u begins at ``starts`` (m,) and rises by ``slopes`` (m,).
     """
-    starts, slopes, times = (part[:, None, None] for part in (starts, slopes, times))
-    z = poles * times
     if not slopes.any():
-        return states + np.expm1(z) * (states + starts / poles)
-    once, twice = phi_pair(z)
+        return states + fallen(poles, times) * (states + starts[:, None, None] / poles)
+    starts, slopes, times = (part[:, None, None] for part in (starts, slopes, times))
+    once, twice = phi_pair(poles * times)
     return states + times * (once * (poles * states + starts) + slopes * times * twice)
 
 

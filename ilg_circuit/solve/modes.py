@@ -161,6 +161,29 @@ def phi_pair(z: Numbers) -> tuple[Numbers, Numbers]:
     return first, second
 
 
+def fallen(poles: Numbers, times: Array) -> Numbers:
+    """Return e^z - 1, z = ``poles`` (n, s) [1/s] times ``times`` (m,) [s], (m, n, s).
+
+    A complex exponential costs ten real ones: it is computed for one pole of each pair of conjugates only.
+    """
+    z = poles * times[:, None, None]
+    if not np.iscomplexobj(z):
+        return np.asarray(np.expm1(z))
+    found = np.empty_like(z)
+    still = ~poles.imag.any(axis=0)
+    found[..., still] = np.expm1(z.real[..., still])
+    pairs: dict[bytes, int] = {}
+    ringing = np.flatnonzero(~still).tolist()
+    kept = [pairs.setdefault(min(poles[:, k].tobytes(), poles[:, k].conj().tobytes()), k) for k in ringing]
+    own = list(pairs.values())
+    found[..., own] = np.expm1(z[..., own])
+    for k, other in zip(ringing, kept, strict=True):
+        if k != other:
+            same = np.array_equal(poles[:, k], poles[:, other])
+            found[..., k] = found[..., other] if same else found[..., other].conj()
+    return found
+
+
 def recursion(kept: Numbers, gained: Numbers, before: Numbers) -> Numbers:
     """Return x_k = kept_k x_(k-1) + gained_k (k, ...), x_(-1) = ``before``: inside chunks all at once, then along them.
 

@@ -173,3 +173,14 @@ def test_slopes_of_a_displacement_are_its_differences(damping_ratio: float, beam
     above, below = (modal_displacements(netlists(values * np.exp(sign * step)), drive, t) for sign in (1.0, -1.0))
     expected = (above - below).T / 2e-4
     assert np.abs(found[1] - expected).max() < 1e-7 * np.abs(expected).max()
+
+
+def test_one_exponential_for_each_pair_of_conjugate_poles() -> None:
+    from ilg_circuit.solve.modes import fallen
+
+    pair = np.array([-0.05 + 0.06j, -0.05 - 0.06j, -0.1, -1.0])
+    times = np.linspace(0.0, 100.0, 50)
+    for poles in (np.stack([pair, 1.1 * pair]), np.stack([pair, pair.conj()]), np.stack([pair, pair[[0, 0, 2, 3]]])):
+        assert np.abs(fallen(poles, times) - np.expm1(poles * times[:, None, None])).max() < 1e-15
+    real = pair[None, 2:].real
+    assert np.array_equal(fallen(real, times), np.expm1(real * times[:, None, None]))
