@@ -6,7 +6,7 @@ python benchmarks/identify_cost.py
 from __future__ import annotations
 
 import multiprocessing
-import resource
+import os
 import subprocess
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
@@ -28,7 +28,7 @@ DRIVES: dict[str, Drive] = {
     "square": PiecewiseLinear.square(0.0, 4.0, 40.0, 300.0),
     "sine": Sine(4.0, 0.02),
 }
-#: Rows of the step's records, the fewest first: a child's peak memory is known only if it is the greatest so far.
+#: Rows of the step's records.
 ROWS = (1_600, 100_000, 1_000_000)
 #: Rows before the onset, as a part of the record, and noise relative to the largest value.
 REST, NOISE = 0.02, 0.01
@@ -53,11 +53,15 @@ def write_record(path: Path, drive: Drive, rows: int) -> Path:
 
 
 def cost(path: Path) -> tuple[float, float]:
-    """Return processor time [s] and, if it is the greatest so far, peak memory [MB] of `identify` of a file."""
-    begin = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([command(), "identify", path.name, "--force"], check=True, capture_output=True, cwd=path.parent)
-    end = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime, end.ru_maxrss / 1e3
+    """Return processor time [s] and peak memory [MB] of `identify` of a file."""
+    ran = subprocess.Popen(
+        [command(), "identify", path.name, "--force"],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=path.parent,
+    )  # fmt: skip
+    _, status, used = os.wait4(ran.pid, 0)
+    if status:
+        raise SystemExit(f"identify of {path.name} failed")
+    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
 
 
 def main() -> list[Figure]:
