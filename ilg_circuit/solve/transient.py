@@ -60,7 +60,7 @@ _LONGER_JUMPS = (1.0, 10.0, 100.0)
 #: Number of samples at which the exact engine's rounding is estimated, and factor for the other samples.
 _COMPARED, _LIKELY = 40, 10.0
 #: Error of the exact engine by modes up to which exponentials are not tried.
-_ROUNDED_LITTLE = 1e-8
+_ROUNDED_LITTLE = 1e-6
 
 
 @dataclass(frozen=True)
