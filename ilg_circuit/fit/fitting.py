@@ -34,6 +34,8 @@ _CONDITION = 1e9
 _SHARE = 0.3
 #: Largest first step of a logarithm in a leave-one-out fit, which starts from the first-order estimate.
 _LONGEST_STEP = 1.0
+#: Rounding of residuals, in parts of the data, that is reckoned with where they are exactly zero.
+_ROUNDING = 1e-18
 #: Gauss-Newton steps of a fit near its minimum, and the relative offset that ends them.
 _NEAR_STEPS, _NEAR_OFFSET = 8, 1e-7
 #: Relative change of the sum of squares that ends a leave-one-out fit.
@@ -182,12 +184,12 @@ def finished(
     if single or variance is not None:
         leverage = np.array([float(unknowns)] if single else [(q[s] ** 2).sum() for s in problem.slices])
         freedom = np.full(len(x), float(max(samples - unknowns, 1)))
-        own = float(residuals @ residuals) / max(samples - unknowns, 1) if variance is None else variance
+        own = _squares(problem, slice(None), residuals) / max(samples - unknowns, 1) if variance is None else variance
         covariance = own * (inverse @ inverse.T)
     else:
         leverage = np.array([(q[s] ** 2).sum() for s in problem.slices])
         spare = np.array([max(s.stop - s.start - p, 1.0) for s, p in zip(problem.slices, leverage, strict=True)])
-        squares = np.array([residuals[s] @ residuals[s] for s in problem.slices]) / spare
+        squares = np.array([_squares(problem, s, residuals) for s in problem.slices]) / spare
         parts = np.array(
             [v * inverse @ (q[s].T @ q[s]) @ inverse.T for v, s in zip(squares, problem.slices, strict=True)]
         )
@@ -207,6 +209,13 @@ def finished(
         offset=offset,
         evaluations=evaluations,
     )
+
+
+def _squares(problem: Problem, part: slice, residuals: Array) -> float:
+    """Return the sum of squares of a part of the residuals; where all are exactly zero, that of a little rounding."""
+    data, r = problem.data[part], residuals[part]
+    rounding = len(data) * (_ROUNDING * float(np.abs(data).max(initial=0.0))) ** 2
+    return max(float(r @ r), rounding)
 
 
 def assembled(problem: Problem, groups: Sequence[Sequence[int]], parts: Sequence[FitResult]) -> FitResult:
