@@ -24,6 +24,8 @@ from .motion_laws import EC31, LAWS, MotionLaw
 
 #: Readings of a file in the search for its window.
 _FEW = 500
+#: Difference of BIC that tells one law from another: below it the evidence is worth no more than a bare mention.
+_MENTIONED = 2.0
 #: Ratio of errors of prediction below which two laws predict alike.
 _ALIKE = 1.05
 
@@ -98,8 +100,8 @@ def chosen_law(fitted: Sequence[Strand], actuator: Actuator, progress: Progress 
     """Return the law for displacements, each ``fitted`` with a clock that is known.
 
     All laws are fitted on a static beam over the longest stretch of each file that any of them describes, if the data
-    determine it. The simplest within strong evidence of the least BIC is chosen; of several files the one that predicts
-    a file best from the others, among those, and none that predicts worse than d(s).
+    determine it. The simplest within 2 of the least BIC is chosen; of several files, among those within strong evidence
+    of it, the one that predicts a file best from the others, and none that predicts worse than d(s).
     """
     linear = lumped_port(actuator).linear
     laws = [law for law in LAWS.values() if linear or not law.follows_charge]
@@ -173,7 +175,7 @@ def _of_one(strand: Strand, tried: Mapping[str, Trial]) -> Contest:
     misfits = {n: t.rmse / t.size for n, t in tried.items()}
     admitted = [n for n, t in tried.items() if t.determined]
     told = [n for n in admitted if described(strand, tried[n])]
-    winner = simplest_of_best(bics, unknowns, told or admitted, misfits) if admitted else EC31.name
+    winner = simplest_of_best(bics, unknowns, told or admitted, misfits, _MENTIONED) if admitted else EC31.name
     rms, against = {n: t.rmse for n, t in tried.items()}, {n: t.against for n, t in tried.items()}
     rows = _rows(tried, bics, winner, rms, misfits, against, told)
     if winner not in tried:
@@ -249,7 +251,7 @@ def _of_several(strands: Sequence[Strand], tried: Sequence[Mapping[str, Trial]],
     misfits = {n: float(np.exp(np.mean(np.log(rms[n] / sizes)))) for n in fits}
     against = {n: f.against for n, f in fits.items()}
     admitted = [n for n in fits if not against[n]]
-    winner = simplest_of_best(bics, unknowns, admitted, misfits) if admitted else EC31.name
+    winner = simplest_of_best(bics, unknowns, admitted, misfits, _MENTIONED) if admitted else EC31.name
     predictions: dict[str, float] = {}
     alike: list[str] = []
     if admitted:
