@@ -6,12 +6,9 @@ The port is reciprocal: a strip that is moved at its tip generates. Shorted, it 
 Both are tiny in the paper's model, and the numbers say how tiny.
 """
 
-from dataclasses import replace
-
 import matplotlib.pyplot as plt
 
 import ilg_circuit as ilg
-from ilg_circuit.strip.actuator import Sensing
 
 shorted = ilg.sense("paper", "sine:1mm,0.1Hz", "60 s", terminals="short")
 print(shorted.summary())
@@ -28,7 +25,7 @@ opened.plot(panels[1], "voltage")
 # %%
 # A measured strip gives far more than reciprocity, and its signal decays while the tip is held. The law that
 # ``identify_sensing`` fits to such a record, the section ``[sensing]`` of a strip's file, takes reciprocity's place.
-measured = replace(ilg.PAPER, sensing=Sensing(instantaneous=3.0, gain_1=-2.0, time_1=4.0))
+measured = ilg.PAPER.with_(sensing={"instantaneous": 3.0, "gain_1": -2.0, "time_1": "4 s"})
 held = ilg.sense(measured, "step:1mm", "30 s", terminals="open")
 print(held.summary())
 

@@ -20,6 +20,8 @@ CANCELLING = 1e5
 #: Ratio of poles above which a decomposition is sharpened, in how many corrections, and relative distance up to which
 #: poles count as nearly equal.
 _STIFF, _CORRECTIONS, _CLOSE = 1e4, 3, 1e-3
+#: Largest error of left vectors as the inverse of right ones for which corrections have converged.
+_INVERSE = 1e-6
 #: Below this a Taylor series of five terms is exact to the last digits.
 _SMALL = 1e-2
 #: Most netlists that are solved as one circuit, and the largest ratio of their fastest modes: they share one grid.
@@ -87,7 +89,7 @@ def _spread(poles: Numbers) -> Array:
     """Return the ratio of the fastest pole of each system to its slowest that is not zero (n,)."""
     sizes = np.abs(poles)
     fastest = sizes.max(axis=1, initial=0.0)
-    slowest = np.where(sizes > np.finfo(float).eps ** 2 * fastest[:, None], sizes, np.inf).min(axis=1, initial=np.inf)
+    slowest = np.where(sizes > np.finfo(float).eps * fastest[:, None], sizes, np.inf).min(axis=1, initial=np.inf)
     return np.asarray(fastest / slowest)
 
 
@@ -96,22 +98,27 @@ def _sharpened(a: Array, poles: Numbers, left: Numbers, shapes: Numbers) -> tupl
 
     An eigenvalue routine errs in proportion to the fastest pole. In the basis of its vectors the matrix is diagonal up
     to these errors: corrections of first order part poles that are distinct, as Newton's method does, and clusters of
-    nearly equal ones are decomposed once more by themselves. Pairs stay conjugate.
+    nearly equal ones are decomposed once more by themselves. Pairs stay conjugate. Poles that are zero up to rounding
+    stay as they are.
     """
     sizes = np.abs(poles)
+    moving = sizes > np.finfo(float).eps * sizes.max(initial=0.0)
     close = np.abs(poles[:, None] - poles) <= _CLOSE * np.maximum.outer(sizes, sizes)
     count, cluster = connected_components(csr_array(close), directed=False)
     apart = cluster[:, None] != cluster
+    begun = left, shapes
     for _ in range(_CORRECTIONS):
         left = 2 * left - (left @ shapes) @ left
         seen = left @ a @ shapes
         moved = np.divide(seen, np.diagonal(seen) - np.diagonal(seen)[:, None], out=np.zeros_like(seen), where=apart)
         shapes, left = shapes + shapes @ moved, left - moved @ left
+    if not np.abs(left @ shapes - np.eye(len(poles))).max() < _INVERSE:
+        return poles, *begun
     found = poles.copy(), left.copy(), shapes.copy()
     for k in range(count):
-        own = np.flatnonzero(cluster == k)
+        own = np.flatnonzero((cluster == k) & moving)
         above = own[poles[own].imag > 0]
-        if len(above) == len(own):
+        if len(above) == len(own) > 0:
             # the conjugate of each pole stands behind it
             new = _within(a, left[own], shapes[:, own])
             for at, part in ((own, new), (own + 1, tuple(np.conj(x) for x in new))):

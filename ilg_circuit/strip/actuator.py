@@ -95,7 +95,8 @@ class Actuator:
         ----------
         **values : float or str
             Numbers in SI units, or texts with units; ``permittivity_2`` is of a second ionic branch. ``kind`` puts a
-            new coupling of that kind, made of the other values, in place of the strip's own.
+            new coupling of that kind, made of the other values, in place of the strip's own. ``electrodes`` and
+            ``sensing`` take a mapping of the keys of these sections, or None.
 
         Returns
         -------

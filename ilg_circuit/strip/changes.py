@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from ..errors import InputError, unknown_name, wrong_choice
 from ..units import parse
@@ -28,7 +28,9 @@ from .layered import require_layer, split_name, with_layer_values, with_thicknes
 from .layers import LAYER_FIELDS
 from .models import material_keys
 from .plausible import warn_of_sizes
+from .sensing import Sensing
 
+Part = TypeVar("Part", Electrodes, Sensing)
 #: Value of a parameter: a number in SI units, or a word (an orientation).
 Value = float | str
 
@@ -109,6 +111,7 @@ def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
     if not isinstance(name, str):
         raise InputError(f"name is {str(name)[:40]!r}; give a text")
     sheets = _electrodes(given.pop("electrodes", actuator.electrodes))
+    sensing = _sensing(given.pop("sensing", actuator.sensing))
     known = {item.name: item for item in (*STRIP_PARAMETERS, ORIENTATION, CONTACT, _BEAM, _KIND)}
     known = {key: VariedParameter(key, "material", p.unit, p.meaning) for key, p in material_keys().items()} | known
     changes: dict[str, dict[str, Value]] = {}
@@ -117,7 +120,7 @@ def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
         if item is None:
             raise unknown_name("key", key, ["name", *known])
         changes.setdefault(item.part, {})[key] = item.value(value) if isinstance(value, str) else item.checked(value)
-    bare = replace(actuator, electrodes=None)
+    bare = replace(actuator, electrodes=None, sensing=sensing)
     made = replace(changed(bare, changes, sheets), name=name)
     warn_of_sizes(made, given)
     return made
@@ -192,18 +195,35 @@ def _require_of_layers(changes: Mapping[str, Mapping[str, Any]], thickness: floa
 
 
 def _electrodes(given: Any) -> Electrodes | None:
-    """Return the electrodes that an object, None or a mapping of keys to SI numbers and texts with units names."""
-    if given is None or isinstance(given, Electrodes):
+    """Return the electrodes that an object, None or a mapping of keys names, see `_section`."""
+    values = _section(given, Electrodes)
+    if not isinstance(values, dict):
+        return values
+    if missing := [key for key in ("sheet_resistance_1", "sheet_resistance_2") if key not in values]:
+        raise InputError(f"key 'electrodes.{missing[0]}' is missing; give it in ohm per square, or zero")
+    return Electrodes(**values)
+
+
+def _sensing(given: Any) -> Sensing | None:
+    """Return the law of sensing that an object, None or a mapping of keys names, see `_section`."""
+    values = _section(given, Sensing)
+    return Sensing(**values) if isinstance(values, dict) else values
+
+
+def _section(given: Any, kind: type[Part]) -> Part | dict[str, Any] | None:
+    """Return an object of a section or None as it is, of a mapping of SI numbers and texts with units the values."""
+    section = kind.__name__.lower()
+    if given is None or isinstance(given, kind):
         return given
     if not isinstance(given, Mapping):
         raise InputError(
-            f"electrodes are {str(given)[:40]!r}; give an Electrodes object, a mapping of its keys, or None"
+            f"{section}={str(given)[:40]!r}: give an object {kind.__name__}, a mapping of its keys, or None"
         )
-    known = {item.name: item for item in fields(Electrodes)}
+    known = {item.name: item for item in fields(kind)}
     values: dict[str, Any] = {}
     for key, value in given.items():
         if key not in known:
-            raise unknown_name("key", str(key), known, "electrodes.")
+            raise unknown_name("key", str(key), known, f"{section}.")
         unit = known[key].metadata.get("unit", known[key].metadata.get("each"))
         if unit is None or value is None:
             values[key] = value
@@ -211,9 +231,7 @@ def _electrodes(given: Any) -> Electrodes | None:
             values[key] = parse(value, unit, key) if isinstance(value, str) else value
         else:
             values[key] = tuple(parse(x, unit, key) if isinstance(x, str) else x for x in value)
-    if missing := [key for key in ("sheet_resistance_1", "sheet_resistance_2") if key not in values]:
-        raise InputError(f"key 'electrodes.{missing[0]}' is missing; give it in ohm per square, or zero")
-    return Electrodes(**values)
+    return values
 
 
 def _made(given: Mapping[str, Any]) -> CouplingLaw:

@@ -50,7 +50,8 @@ def test_it_writes_what_it_is_asked_for(run: Run, tmp_path: Path, kind: str) -> 
     assert "dc_resistance" in result.out
     assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
     assert "To repeat this" in Path("fit.html").read_text(encoding="utf-8")
-    assert result.err.splitlines() == [f"warning: {line}" for line in content["warnings"]]
+    said = [line for line in result.err.splitlines() if not line.startswith("fitting: ")]  # a slow machine's progress
+    assert said == [f"warning: {line}" for line in content["warnings"]]
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*names, "mine.toml", *outputs.values()])
 
 

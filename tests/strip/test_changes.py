@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from ilg_circuit.errors import InputError
-from ilg_circuit.strip.actuator import PAPER, Actuator, Uncertainty
+from ilg_circuit.strip.actuator import PAPER, Actuator, Sensing, Uncertainty
 from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.study.parameters import ScenarioTemplate, apply
 
@@ -113,3 +113,12 @@ def test_strips_pickle_and_copy(strips: dict[str, Actuator]) -> None:
     for strip in (*strips.values(), FITTED):
         assert pickle.loads(pickle.dumps(strip)) == strip
         assert copy.deepcopy(strip) == strip
+
+
+def test_a_law_of_sensing_is_given_by_its_keys() -> None:
+    strip = PAPER.with_(sensing={"instantaneous": 3.0, "gain_1": "-2 V", "time_1": "4 s"})
+    assert strip.sensing == Sensing(instantaneous=3.0, gain_1=-2.0, time_1=4.0)
+    assert strip.with_(width="4 mm").sensing == strip.sensing
+    assert strip.with_(sensing=None).sensing is None
+    with pytest.raises(InputError, match=r"unknown key 'sensing.gain_9'"):
+        PAPER.with_(sensing={"gain_9": 1.0})

@@ -118,7 +118,7 @@ def test_changes_that_cannot_be() -> None:
         ({"gap": "1 mm"}, "no [electrodes] that could be varied"),
         ({"electrodes": {"sheet_resistance_1": 1.0}}, "sheet_resistance_2' is missing"),
         ({"electrodes": {"sheet": 1.0}}, "sheet_resistance_1"),
-        ({"electrodes": 4}, "give an Electrodes object"),
+        ({"electrodes": 4}, "give an object Electrodes"),
     ):
         with pytest.raises(InputError, match=re.escape(told)):
             PAPER.with_(**values)
