@@ -121,7 +121,7 @@ class Score:
         """Count a set."""
         self.chosen[row["chosen"]] += 1
         self.named += row["law"] in row["beside"]
-        self.given.update(row["held"])
+        self.given.update(list(row["held"]))
         self.held.update(label for label, holds in row["held"].items() if holds)
 
 
