@@ -97,7 +97,7 @@ def run_arm(elements: int, tolerance: float) -> tuple[Array, int, float]:
 
 def run_rod(elements: int, steps_a_second: int) -> tuple[Array, float]:
     """The tip's path, NaN where the rod is not stable, and the time it took [s], set-up not counted."""
-    import elastica as ea
+    import elastica as ea  # untyped: to mypy its classes are Any, from which a strict class may not derive
 
     class Muscles(ea.MuscleTorques):  # type: ignore[misc]
         """The library's travelling wave with an amplitude."""

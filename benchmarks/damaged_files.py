@@ -55,7 +55,7 @@ def main(count: int) -> int:
                 outcomes[f"{kind}: refused"] += 1
                 if "\n" in str(error) or len(str(error)) > 1500:
                     failures.append(f"seed {seed}, {kind}: not one line: {str(error)[:200]!r}")
-            except Exception as error:
+            except Exception as error:  # any that is not the package's own is the fault looked for
                 failures.append(f"seed {seed}, {kind}: {type(error).__name__}: {error}")
             taken = time.perf_counter() - begin
             slowest = max(slowest, taken)

@@ -183,7 +183,7 @@ def _shared() -> Any:
     """PySpice's interface to ngspice, as it is but for one thing: it takes the notes of recent versions for errors."""
     prepare_library()
     logging.getLogger("PySpice").setLevel(logging.ERROR)
-    from PySpice.Spice.NgSpice.Shared import NgSpiceCommandError, NgSpiceShared
+    from PySpice.Spice.NgSpice.Shared import NgSpiceCommandError, NgSpiceShared  # untyped: Any to mypy
 
     class Shared(NgSpiceShared):  # type: ignore[misc]
         def exec_command(self, command: str, join_lines: bool = True) -> Any:

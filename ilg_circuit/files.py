@@ -243,8 +243,8 @@ def writing_netcdf(path: Path) -> Iterator[Any]:
         try:
             with h5netcdf.File(file, "w") as made:
                 yield made
-        except Exception:
-            if file.failure is None:  # else HDF5 could not read what had not been written
+        except Exception:  # HDF5 raises various errors after the disk's own, which is raised below
+            if file.failure is None:
                 raise
         if file.failure is not None:
             raise file.failure

@@ -166,7 +166,7 @@ def load_plainly() -> None:
     os.environ["MATPLOTLIBRC"] = os.devnull
     # a matplotlibrc in the working folder would take precedence over MATPLOTLIBRC
     with contextlib.chdir(Path(__file__).parent) if Path("matplotlibrc").exists() else contextlib.nullcontext():
-        import matplotlib  # noqa: F401
+        import matplotlib  # noqa: F401 - it reads its settings as it is imported
 
 
 def grid(rows: int, columns: int, size: tuple[float, float], **shared: Any) -> tuple[Figure, Any]:

@@ -29,8 +29,7 @@ def run(items: Sequence[Item], progress: Callable[[int, int], None] | None = Non
             made = item.make(runs)
         except IlgError as error:
             failure = str(error)
-        except Exception as error:
-            # a fault in one item must not stop the others; the page and the exit code report it
+        except Exception as error:  # a fault in one item must not stop the others; page and exit code report it
             failure = f"{type(error).__name__}: {error}"
         outcomes.append(Outcome(item, made, failure, time.monotonic() - start))
         if progress:
