@@ -352,7 +352,7 @@ def _notes(actuator: Actuator, lumped: Elements, beam: str) -> list[str]:
         )
     if coupled and beam == "dynamic" and not material.beam_damping_ratio:
         lines.append("the beam rings for ever without damping: displacement within 1e-5 of the maximum only")
-    gnucap = ["gnucap: short=1e-7, since its sources hide 10 uohm, chgtol=1e-7 and method=gear; within 1e-3"]
+    gnucap = ["gnucap: short=1e-7, since its sources hide 10 uohm, chgtol=1e-7, method=gear and noincmode; within 1e-3"]
     if coupled:
         gnucap.append("     an open tip has no operating point there if K is above 1e-3 N/m")
     if lumped.port.charge_law is not None:

@@ -17,9 +17,9 @@ from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
-from ..solve.exact import mode_waves
 from ..solve.modes import modes_of
 from ..solve.state_space import state_space
+from ..solve.waves import mode_waves
 from ..strip.actuator import Actuator
 from ..strip.couplings import ChargeCoupling, VoltageRelaxations
 from .modal import second_order_waves

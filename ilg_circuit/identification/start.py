@@ -17,7 +17,7 @@ from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..measurements.voltage import simplified
-from ..solve.exact import mode_waves
+from ..solve.waves import mode_waves
 from ..strip.models import ElectricalModel
 from .modal import second_order_waves
 

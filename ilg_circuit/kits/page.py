@@ -73,7 +73,7 @@ VSWITCH.
 
 ## gnucap
 
-Add `short=1e-7 method=gear` to the options; the answers are then within 1e-3. It reads op.cir, ac.cir and
+Add `short=1e-7 method=gear noincmode` to the options; the answers are then within 1e-3. It reads op.cir, ac.cir and
 transient.cir{gnucap}.
 
 ## What was tried, and what was not

@@ -17,20 +17,17 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..drive import Drive, Drives, each
 from ..errors import SolveError
-from .modes import CANCELLING, decomposed, fallen, modes_of, phi_pair, recursion
+from .modes import CANCELLING, decomposed, modes_of
 from .panels import FRACTIONS, Panels
 from .state_space import StateSpace
+from .waves import BLOCK, drive_at, drive_lines, interval_grid, waves_under_lines, waves_under_sine
 
-#: Number of intervals whose states are stored before outputs are computed.
-_BLOCK = 2000
 #: Relative contribution to an output below which a mode is negligible.
 _FELT = 1e-13
 #: The same as `CANCELLING` for derivatives, and the relative change of poles for theirs.
 _SLOPES_CANCELLING, _TURN = 1e4, 1e-5
 #: The same for panels, which are good to seven digits.
 _CANCELLING_ON_PANELS = 1e7
-#: Samples per edge of the drive above which a run is solved from edge to edge, not from sample to sample.
-_FEW_EDGES = 2
 #: Largest number of values in stored exponentials: an irregular grid needs one exponential per interval.
 _MOST_KEPT = 20_000_000
 #: Largest number of values of modes that are held at once.
@@ -78,12 +75,12 @@ def _by_modes(system: StateSpace, drive: Drive, times: Array, cancelling: float 
     omega = drive.angular_frequency()
     if modes is None or (omega and not (np.abs(modes.poles**2 + omega**2) * CANCELLING > omega**2).all()):
         return None
-    under = _under_sine if omega else _waves
+    under = waves_under_sine if omega else waves_under_lines
     result = system.d[..., :1] * drive.value(times)
     terms = np.zeros(result.shape[:2])
     for poles, amounts in _parted(modes.poles, modes.shown * modes.excited[:, None, :, 0]):
         largest = np.zeros(poles.shape)
-        parts = max(min(-(-poles.size * _BLOCK // _MOST_WAVES), len(poles)), 1)
+        parts = max(min(-(-poles.size * BLOCK // _MOST_WAVES), len(poles)), 1)
         for some in np.array_split(np.arange(len(poles)), parts):
             for part, waves in under(poles[some], drive, times):
                 result[some, :, part] += np.real(amounts[some] @ waves.transpose(1, 2, 0))
@@ -133,7 +130,7 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
     felt = (size > _FELT * total[:, None]).any(axis=0)
     amounts = amounts[:, felt]
     result = np.asarray(system.d[:, row, :1] * drive.value(times))
-    for part, waves in _waves(poles[:, felt], drive, times):
+    for part, waves in waves_under_lines(poles[:, felt], drive, times):
         result[:, part] += np.real(np.einsum("tns,ns->nt", waves, amounts))
     return result
 
@@ -178,82 +175,10 @@ def modal_slopes(
     felt = (size > _FELT * total).any(axis=0)
     poles, amounts, turned = poles[felt], (amounts * poles)[:, felt], (turned * poles)[:, felt] / (2 * _TURN)
     result = np.asarray(np.append(d, of_d)[:, None] * drive.value(times))
-    for part, waves in _waves(np.stack([poles, poles * (1 + _TURN), poles * (1 - _TURN)]), drive, times):
+    for part, waves in waves_under_lines(np.stack([poles, poles * (1 + _TURN), poles * (1 - _TURN)]), drive, times):
         result[:, part] += np.real(amounts @ waves[:, 0].T)
         result[1:, part] += np.real(turned @ (waves[:, 1] - waves[:, 2]).T)
     return result[0], result[1:].T
-
-
-def mode_waves(poles: NDArray[Any], drive: Drive, times: Array) -> NDArray[Any]:
-    """Return W' = pole W + u, from rest at 0, for each of ``poles`` [1/s] (k,); shape (k, times).
-
-    The drive is piecewise linear; ``times`` [s] ascend from 0 or later.
-    """
-    found = np.zeros((len(poles), len(times)), dtype=np.result_type(poles, float))
-    for part, waves in _waves(poles[None], drive, times):
-        found[:, part] = waves[:, 0].T
-    return found
-
-
-def _waves(poles: NDArray[Any], drive: Drive, times: Array) -> Iterator[tuple[slice, NDArray[Any]]]:
-    """Return modes W' = pole W + u from rest at parts of ``times`` [s], (times, *poles), one part after the other."""
-    edges = interval_grid(drive, times[-1:])
-    few = len(edges) * _FEW_EDGES <= len(times)
-    grid = edges if few else interval_grid(drive, times)
-    widths = np.diff(grid)
-    start, slopes = drive_lines(drive, grid[:-1], widths)
-    places = np.searchsorted(grid, times, side="right") - 1 if few else np.searchsorted(grid, times)
-    np.minimum(places, len(widths) - few, out=places)
-    state = np.zeros_like(poles)
-    for first in range(0, len(widths), _BLOCK):
-        part = slice(first, first + _BLOCK)
-        width = widths[part, None, None]
-        z = poles * width
-        once, twice = phi_pair(z)
-        gained = width * (start[part, None, None] * once + slopes[part, None, None] * width * twice)
-        states = np.concatenate([state[None], recursion(np.exp(z), gained, state)])
-        state = states[-1]
-        # the last state of a block is the first of the next one, to which only what follows an edge belongs
-        last = first + len(states) - 1
-        begin, end = np.searchsorted(places, [first, last] if few else [first + bool(first), last + 1]).tolist()
-        if not few:
-            yield slice(begin, end), states[places[begin:end] - first]
-            continue
-        for at in range(begin, end, _BLOCK):
-            some = slice(at, min(at + _BLOCK, end))
-            k = places[some]
-            yield some, _after(poles, states[k - first], start[k], slopes[k], times[some] - grid[k])
-
-
-def _under_sine(poles: NDArray[Any], drive: Drive, times: Array) -> Iterator[tuple[slice, NDArray[Any]]]:
-    """Return modes as `_waves` does, under a sine: the steady answer, and the mode that takes it from rest."""
-    omega = drive.angular_frequency()
-    begin, values = drive_at(drive, np.zeros(1)), drive_at(drive, times)
-    share = -1 / (poles**2 + omega**2)
-    for first in range(0, len(times), _BLOCK):
-        part = slice(first, first + _BLOCK)
-        u, later = values[:, part, None, None]
-        grown = np.exp(poles * times[part, None, None])
-        steady, start = poles * u + omega * later, poles * begin[0] + omega * begin[1]
-        yield part, share * (steady - grown * start)
-
-
-def _after(poles: NDArray[Any], states: NDArray[Any], starts: Array, slopes: Array, times: Array) -> NDArray[Any]:
-    """Return modes x' = pole x + u (m, *poles) at ``times`` (m,) after their ``states`` (m, *poles).
-
-    u begins at ``starts`` (m,) and rises by ``slopes`` (m,).
-    """
-    if not slopes.any():
-        return states + fallen(poles, times) * (states + starts[:, None, None] / poles)
-    starts, slopes, times = (part[:, None, None] for part in (starts, slopes, times))
-    once, twice = phi_pair(poles * times)
-    return states + times * (once * (poles * states + starts) + slopes * times * twice)
-
-
-def interval_grid(drive: Drive, times: Array) -> Array:
-    """Return start, breakpoints of the drive and ``times`` [s], ascending: between them the drive is smooth."""
-    end = float(times[-1]) if len(times) else 0.0
-    return np.union1d(np.concatenate([[0.0], drive.breakpoints(end)]), times)
 
 
 def _shared_widths(grid: Array, edges: Array) -> Array:
@@ -285,25 +210,6 @@ def _inputs(drive: Drive, starts: Array, widths: Array | None = None) -> Array:
     return np.concatenate(parts)
 
 
-def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:
-    """Return the drive at the ``starts`` [s] (m,) of smooth intervals and its companion there; shape (2, m).
-
-    The companion of a line is its slope; the companion of a sine is its value a quarter of a period later.
-    """
-    if drive.angular_frequency():
-        return drive_at(drive, starts)
-    value = drive.value(starts)
-    # the left limit at the interval's end: halfway plus half of the rise, exact on a line
-    return np.stack([value, 2 * (drive.value(starts + widths / 2) - value) / widths])
-
-
-def drive_at(drive: Drive, t: Array) -> Array:
-    """Return the drive at ``t`` and a sine's companion there, zero for a line, whose slope is not needed."""
-    omega = drive.angular_frequency()
-    value = drive.value(t)
-    return np.stack([value, drive.value(t + np.pi / 2 / omega) if omega else np.zeros_like(value)])
-
-
 def _outputs(
     system: StateSpace, omegas: list[float], inputs: Array, widths: Array, fractions: Array
 ) -> Iterator[Array]:
@@ -319,8 +225,8 @@ def _outputs(
     x = np.zeros((len(matrix), size, 1))
     x[:, -1] = 1.0
     count = inputs.shape[1]
-    for first in range(0, count, _BLOCK):
-        block = range(first, min(first + _BLOCK, count))
+    for first in range(0, count, BLOCK):
+        block = range(first, min(first + BLOCK, count))
         at_points = np.empty((len(matrix), size, len(block), len(fractions)))
         for k in block:
             x[:, states:-1, 0] = inputs[:, k]

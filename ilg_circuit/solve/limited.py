@@ -16,10 +16,11 @@ from ..arrays import Array
 from ..circuit.netlist import Netlist
 from ..drive import Drive
 from ..errors import InputError, SolveError, argument
-from .exact import augmented, drive_at, drive_lines
+from .exact import augmented
 from .grid import smooth_intervals
 from .sampling import relative
 from .state_space import StateSpace, state_space
+from .waves import drive_at, drive_lines
 from .work import Work, gauss, powers
 
 #: Part of limit and drive by which either may be exceeded before it counts.

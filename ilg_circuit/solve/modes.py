@@ -104,7 +104,8 @@ def _sharpened(a: Array, poles: Numbers, left: Numbers, shapes: Numbers) -> tupl
     sizes = np.abs(poles)
     moving = sizes > np.finfo(float).eps * sizes.max(initial=0.0)
     close = np.abs(poles[:, None] - poles) <= _CLOSE * np.maximum.outer(sizes, sizes)
-    count, cluster = connected_components(csr_array(close), directed=False)
+    shared = np.count_nonzero(close, axis=1) > 1
+    cluster = connected_components(csr_array(close), directed=False)[1] if shared.any() else np.arange(len(poles))
     apart = cluster[:, None] != cluster
     begun = left, shapes
     for _ in range(_CORRECTIONS):
@@ -115,7 +116,8 @@ def _sharpened(a: Array, poles: Numbers, left: Numbers, shapes: Numbers) -> tupl
     if not np.abs(left @ shapes - np.eye(len(poles))).max() < _INVERSE:
         return poles, *begun
     found = poles.copy(), left.copy(), shapes.copy()
-    for k in range(count):
+    _replace_single(found, a, np.flatnonzero(moving & ~shared))
+    for k in np.unique(cluster[shared]).tolist():
         own = np.flatnonzero((cluster == k) & moving)
         above = own[poles[own].imag > 0]
         if len(above) == len(own) > 0:
@@ -133,6 +135,17 @@ def _sharpened(a: Array, poles: Numbers, left: Numbers, shapes: Numbers) -> tupl
             at = np.concatenate([real, *([k, k + 1] for k in above)]).astype(int)
             found[0][at], found[1][at], found[2][:, at] = new
     return found
+
+
+def _replace_single(found: tuple[Numbers, Numbers, Numbers], a: Array, single: NDArray[np.intp]) -> None:
+    """Replace poles (s,) and vectors (s, s) at the places ``single`` by real ones, or by pairs that are conjugate."""
+    poles, left, shapes = found
+    real, above = single[poles[single].imag == 0], single[poles[single].imag > 0]
+    left[real], shapes[:, real] = left[real].real, shapes[:, real].real
+    poles[real] = np.einsum("ks,sk->k", left[real].real @ a, shapes[:, real].real)
+    poles[above] = np.einsum("ks,sk->k", left[above] @ a, shapes[:, above])
+    poles[above + 1], left[above + 1] = np.conj(poles[above]), np.conj(left[above])
+    shapes[:, above + 1] = np.conj(shapes[:, above])
 
 
 def _within(a: Array, left: Numbers, shapes: Numbers) -> tuple[Numbers, Numbers, Numbers]:

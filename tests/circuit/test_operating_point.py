@@ -213,7 +213,7 @@ def test_gnucap_under_every_analysis(which: str, tmp_path: Path) -> None:
     parts = " ".join(f"ir(Vi{k})(20.12) ii(Vi{k})(20.12)" for k in (1, 2, 3))
     lines = [*circuit(strip), f"Vstep plus a dc 0 pwl(0 0 {RISE} {BIAS} 1000 {BIAS})"]
     lines += [
-        ".options short=1e-7 reltol=1e-6 chgtol=1e-7 numdgt=9 method=gear",
+        ".options short=1e-7 reltol=1e-6 chgtol=1e-7 numdgt=9 method=gear noincmode",
         *(f".print dc {printed}", ".dc Vdc 0.75 3 0.75"),
         *(f".print op {printed}", ".op"),
         *(f".print ac {parts}", ".ac decade 3 0.01 10"),

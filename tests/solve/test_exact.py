@@ -18,8 +18,9 @@ from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve import transient
-from ilg_circuit.solve.exact import _shared_widths, interval_grid
+from ilg_circuit.solve.exact import _shared_widths
 from ilg_circuit.solve.state_space import state_space
+from ilg_circuit.solve.waves import interval_grid
 from ilg_circuit.strip.actuator import PAPER, Actuator
 
 DRIVES = {
