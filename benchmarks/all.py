@@ -55,9 +55,9 @@ def main() -> None:
     lines, failures, begin = [], [], perf_counter()
     for script, page in PAGES.items():
         arguments = (
-            [str(sets), "spectrum", "step:rc", "step:rc2", "step:rc3", "autocorrelated, onset stated"]
+            [str(sets), "spectrum", "step:rc", "step:rc2", "step:rc3", "autocorrelated, onset stated", "--again"]
             if script == "intervals"
-            else []
+            else ["--again"] * (script == "couplings")
         )
         if script == "intervals" and not sets:
             continue

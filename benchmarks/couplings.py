@@ -1,7 +1,7 @@
 """Is the law of bending recognised, and do its intervals hold the truth? Noisy steps of known strips tell.
 
-python benchmarks/couplings.py [sets a law, default 200] [--state FILE] [--workers N] [--law NAME ...]
-    writes COUPLINGS.md; sets that the file of the state has are not measured again
+python benchmarks/couplings.py [sets a law, default 200] [--workers N] [--law NAME ...] [--again]
+    writes COUPLINGS.md; sets that `counted/` has are not measured again
 
 A strip with the paper's circuit, on a static beam, is stepped to 2 V after 10 s of rest and read every 0.2 s for 100 s;
 the noise of the displacement is 1 % of its span. Every set draws the constants of its law anew and goes through
@@ -14,15 +14,13 @@ the data do not tell apart. The seeds are fixed.
 from __future__ import annotations
 
 import argparse
-import json
 from collections import Counter
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from functools import reduce
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from counted import Block, Counts, blocks, joined, options, total, versions
 from figure import Figure
 
 from ilg_circuit.drive import PiecewiseLinear
@@ -82,81 +80,51 @@ def measured(law: CouplingLaw, random: np.random.Generator) -> Table:
     return Table(columns, "record.csv")
 
 
-def outcome(task: tuple[str, int]) -> dict[str, Any]:
-    """Return what became of a set: the law chosen, those named beside it, and which intervals hold the truth."""
-    name, k = task
+def outcome(name: str, k: int) -> Counts:
+    """Return what became of a set: the law that was ``chosen``, and of its intervals which ``held`` the truth.
+
+    Where another law was chosen, ``named`` tells whether the true one is named beside it.
+    """
     random = np.random.default_rng([SEED, LAWS.index(name), k])
     law = drawn(name, random)
-    row: dict[str, Any] = {"law": name, "set": k, "chosen": "no fit", "beside": [], "held": {}}
+    table = measured(law, random)
     try:
-        found = identify(prepare(measured(law, random), "first-level"), base=PAPER, model="rc", engine="exact")
+        coupling = (found := identify(prepare(table, "first-level"), base=PAPER, model="rc", engine="exact")).coupling
     except IlgError:
-        return row
-    if found.coupling is None:
-        return row
-    row["chosen"] = found.coupling.motion.law.name
-    row["beside"] = [each.law for each in found.coupling.laws if each.alike]
-    if row["chosen"] != name:
-        return row
-    for label, estimate in found.parameters.items():
+        coupling = None
+    chosen = coupling.motion.law.name if coupling is not None else "no fit"
+    counts: Counts = {"chosen": {chosen: 1}, "held": {}, "given": {}, "named": 0}
+    if coupling is not None and chosen != name:
+        counts["named"] = int(name in [each.law for each in coupling.laws if each.alike])
+    for label, estimate in found.parameters.items() if chosen == name else ():
         true = getattr(law, label.removeprefix("coupling_"), None)
         if label.startswith("coupling_") and true is not None and estimate.interval is not None:
-            row["held"][label] = bool(estimate.interval[0] <= true <= estimate.interval[1])
-    return row
+            counts["given"][label] = 1
+            counts["held"][label] = int(estimate.interval[0] <= true <= estimate.interval[1])
+    return counts
 
 
-@dataclass
-class Score:
-    """How often each law was chosen for sets of one, and of intervals how many held the truth, by parameter.
-
-    ``named`` counts the sets in which the law was not chosen, but named beside the one that was.
-    """
-
-    chosen: Counter[str] = field(default_factory=Counter)
-    held: Counter[str] = field(default_factory=Counter)
-    given: Counter[str] = field(default_factory=Counter)
-    named: int = 0
-
-    def add(self, row: dict[str, Any]) -> None:
-        """Count a set."""
-        self.chosen[row["chosen"]] += 1
-        self.named += row["law"] in row["beside"]
-        self.given.update(list(row["held"]))
-        self.held.update(label for label, holds in row["held"].items() if holds)
+def counted(name: str, first: int, count: int) -> Counts:
+    """Return the counts of ``count`` sets of a law, from the ``first`` on."""
+    return reduce(joined, (outcome(name, k) for k in range(first, first + count)))
 
 
-def scored(tasks: list[tuple[str, int]], workers: int, state: Path | None) -> Iterator[dict[str, Any]]:
-    """Yield what became of each set, from the ``state`` where it is there; others are added to it."""
-    known = state.read_text(encoding="utf-8").splitlines() if state is not None and state.exists() else []
-    rows = {(row["law"], row["set"]): row for row in map(json.loads, known)}
-    yield from (rows[task] for task in tasks if task in rows)
-    left = [task for task in tasks if task not in rows]
-    pool = ProcessPoolExecutor(workers) if workers > 1 and left else None
-    try:
-        for row in pool.map(outcome, left) if pool is not None else map(outcome, left):
-            if state is not None:
-                with state.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(row) + "\n")
-            yield row
-    finally:
-        if pool is not None:
-            pool.shutdown(cancel_futures=True)
-
-
-def page(scores: dict[str, Score]) -> str:
-    """Return the page of all scores."""
+def page(found: list[Block]) -> str:
+    """Return the page of what the blocks ``found`` counted."""
     about = (__doc__ or "").split("\n\n", 2)[2].strip().replace("\n", " ")
-    lines = ["# Recognising the law of bending", "", about, ""]
+    lines = ["# Recognising the law of bending", "", about, "", versions(found), ""]
     lines += ["| law | sets | recognised | taken for | named beside it, of those |", "|---|---|---|---|---|"]
-    for name, score in scores.items():
-        sets, right = score.chosen.total(), score.chosen[name]
-        others = ", ".join(f"{other} {count}" for other, count in score.chosen.most_common() if other != name)
-        named = f"{score.named} of {sets - right}" if right < sets else ""
+    scores = {name: counts for name in LAWS if (counts := total(found, name))}
+    for name, counts in scores.items():
+        sets, right = sum(counts["chosen"].values()), counts["chosen"].get(name, 0)
+        taken = Counter({other: n for other, n in counts["chosen"].items() if other != name})
+        others = ", ".join(f"{other} {n}" for other, n in taken.most_common())
+        named = f"{counts['named']} of {sets - right}" if right < sets else ""
         lines.append(f"| {name} | {sets} | {right / sets:.1%} | {others} | {named} |")
     lines += ["", "95 % intervals that hold the truth, of the sets that were recognised:", ""]
     lines += ["| law | parameter | sets | held |", "|---|---|---|---|"]
-    for name, score in scores.items():
-        lines += [f"| {name} | {p} | {n} | {score.held[p] / n:.1%} |" for p, n in score.given.items()]
+    for name, counts in scores.items():
+        lines += [f"| {name} | {p} | {n} | {counts['held'][p] / n:.1%} |" for p, n in counts["given"].items()]
     return "\n".join(lines) + "\n"
 
 
@@ -164,21 +132,19 @@ def main() -> list[Figure]:
     """Measure and write the page; return how often each law was recognised, and the least coverage of its intervals."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("sets", type=int, nargs="?", default=200, help="sets a law")
-    parser.add_argument("--state", type=Path, help="file of the sets that are done, one a line")
-    parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--law", nargs="+", choices=LAWS, default=LAWS, help="laws to measure")
+    options(parser)
     given = parser.parse_args()
-    tasks = [(name, k) for k in range(given.sets) for name in given.law]
-    scores = {name: Score() for name in given.law}
-    for row in scored(tasks, given.workers, given.state):
-        scores[row["law"]].add(row)
-    OUT.write_text(page(scores), encoding="utf-8")
+    found = blocks("couplings", given.law, given.sets, counted, given)
+    OUT.write_text(page(found), encoding="utf-8")
     figures = []
-    for name, score in scores.items():
-        print(name, dict(score.chosen), flush=True)
-        least = min((score.held[p] / n for p, n in score.given.items()), default=0.0)
-        told = f"{score.chosen[name] / given.sets:.1%} of {given.sets}"
-        figures.append(Figure(f"law of bending recognised: {name}", f"{told}; least coverage of intervals {least:.1%}"))
+    for name in given.law:
+        counts = total(found, name)
+        print(name, counts["chosen"], flush=True)
+        sets = sum(counts["chosen"].values())
+        least = min((counts["held"][p] / n for p, n in counts["given"].items()), default=0.0)
+        told = f"{counts['chosen'].get(name, 0) / sets:.1%} of {sets}; least coverage of intervals {least:.1%}"
+        figures.append(Figure(f"law of bending recognised: {name}", told))
     return figures
 
 

@@ -1,6 +1,7 @@
 """Do the 95 % intervals of fits hold the truth 95 times in a hundred? Noisy data of known strips tell.
 
-python benchmarks/intervals.py [data sets a model, default 2000] [models to do, default all]     writes INTERVALS.md
+python benchmarks/intervals.py [data sets a model, default 2000] [models to do, default all] [--workers N] [--again]
+    writes INTERVALS.md; sets that `counted/` has are not measured again
 
 Every set goes through `identify(prepare(table))`, spectra through `identify(spectrum)`, as a user's file does, by the
 exact engine (ngspice where the model is not linear). Sets have their onset at the last reading at rest, in the middle
@@ -11,13 +12,14 @@ and record. Their seeds are fixed (`sets.random_of`).
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Mapping
+import argparse
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from counted import Counts, blocks, options, total
 from figure import Figure
 from sets import (
     ALONE,
@@ -42,7 +44,6 @@ from sets import (
     step_trial,
     truth_of,
 )
-from tqdm import tqdm
 
 from ilg_circuit.errors import IlgError
 
@@ -94,12 +95,13 @@ GROUPS = {
 class Coverage:
     """How many of ``count`` sets gave an interval that holds the truth, by quantity and by the onset's place.
 
-    ``widths`` are the largest ones over what is allowed; sets without a fit, which say so, count neither way.
+    A place is the text of a number, "None" where there is no onset. ``widths`` are the largest ones over what is
+    allowed; sets without a fit, which say so, count neither way.
     """
 
     truth: dict[str, float]
-    counts: dict[float | None, int] = field(default_factory=dict)
-    hits: dict[str, dict[float | None, int]] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+    hits: dict[str, dict[str, int]] = field(default_factory=dict)
     widths: dict[str, float] = field(default_factory=dict)
     failed: list[str] = field(default_factory=list)
 
@@ -131,27 +133,35 @@ class Coverage:
         return found
 
 
-def coverage(trial: Trial, truth: dict[str, float], count: int, *, first: int = 0, quiet: bool = False) -> Coverage:
-    """Run ``count`` trials, from number ``first`` on."""
+def coverage(trial: Trial, truth: dict[str, float], sets: Iterable[int]) -> Coverage:
+    """Run the trials of some ``sets``, by their numbers."""
     found = Coverage(truth, hits={name: {} for name in truth})
-    for k in tqdm(range(first, first + count), leave=False, disable=quiet or None):
+    for k in sets:
         try:
             drawn = trial(k)
         except IlgError as error:
             found.failed.append(f"set {k}: {error}")
             continue
-        place = drawn.fraction
+        place = str(drawn.fraction)
         found.counts[place] = found.counts.get(place, 0) + 1
         for name, value in truth.items():
             low, high = drawn.intervals.get(name, (np.inf, -np.inf))
-            found.hits[name][place] = found.hits[name].get(place, 0) + (low <= value <= high)
+            found.hits[name][place] = found.hits[name].get(place, 0) + int(low <= value <= high)
             if name in drawn.allowed:
                 width = (high - low) / drawn.allowed[name]
                 found.widths[name] = max(found.widths.get(name, 0.0), width)
     return found
 
 
-def _told(name: str, found: Coverage) -> str:
+def counted(kind: str, first: int, count: int) -> Counts:
+    """Return the counts of ``count`` sets of "group:model" from the ``first`` on."""
+    group, model = kind.split(":")
+    each = GROUPS[group]
+    found = vars(coverage(each.trial(model), each.truth(model), range(first, first + count)))
+    return {name: part for name, part in found.items() if name != "truth"}
+
+
+def _quantity(name: str, found: Coverage) -> str:
     if name not in found.widths:
         return f"{name} {100 * found.part(name):.1f}"
     least, width = 100 * found.least(name), found.widths[name]
@@ -160,26 +170,30 @@ def _told(name: str, found: Coverage) -> str:
 
 def main() -> list[Figure]:
     """Measure, print and write rows of the table; those outside their bounds say so."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 2000
-    chosen = sys.argv[2:]
-    figures = []
-    for group, each in GROUPS.items():
-        for model in each.models:
-            label = f"{group}:{model}"
-            if chosen and label not in chosen and group not in chosen:
-                continue
-            found = coverage(each.trial(model), each.truth(model), count)
-            mean = 100 * float(np.mean([found.part(name) for name in found.truth]))
-            quantities = ", ".join(_told(name, found) for name in found.truth)
-            wrong = found.astray(each)
-            row = f"| {group} | {model} | {count} | {len(found.failed)} | {mean:.1f} | {quantities} |"
-            print(row, *found.failed[:3], f"OUTSIDE: {', '.join(wrong)}" if wrong else "", sep="\n", flush=True)
-            _record(f"| {group} | {model} |", row)
-            told = f"{mean:.1f} % of {found.count}"
-            if wrong:
-                told += f"; OUTSIDE their bounds: {', '.join(wrong)}"
-            figures.append(Figure(f"95 % intervals that hold the truth: {group}, {model}", told))
-    return figures
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("sets", type=int, nargs="?", default=2000, help="data sets a model")
+    parser.add_argument("models", nargs="*", help="groups, or group:model, to do; all by default")
+    options(parser)
+    given = parser.parse_args()
+    every = [(group, model) for group, each in GROUPS.items() for model in each.models]
+    chosen = [one for one in every if not given.models or one[0] in given.models or ":".join(one) in given.models]
+    found = blocks("intervals", [":".join(one) for one in chosen], given.sets, counted, given)
+    totals = {one: total(found, ":".join(one)) for one in chosen}
+    return [_told(*one, Coverage(GROUPS[one[0]].truth(one[1]), **counts)) for one, counts in totals.items() if counts]
+
+
+def _told(group: str, model: str, found: Coverage) -> Figure:
+    """Print and write one row, and return it as a figure."""
+    mean = 100 * float(np.mean([found.part(name) for name in found.truth]))
+    quantities = ", ".join(_quantity(name, found) for name in found.truth)
+    wrong = found.astray(GROUPS[group])
+    row = f"| {group} | {model} | {found.count} | {len(found.failed)} | {mean:.1f} | {quantities} |"
+    print(row, *found.failed[:3], f"OUTSIDE: {', '.join(wrong)}" if wrong else "", sep="\n", flush=True)
+    _record(f"| {group} | {model} |", row)
+    told = f"{mean:.1f} % of {found.count}"
+    if wrong:
+        told += f"; OUTSIDE their bounds: {', '.join(wrong)}"
+    return Figure(f"95 % intervals that hold the truth: {group}, {model}", told)
 
 
 def _record(key: str, row: str) -> None:

@@ -4,8 +4,10 @@ Everything in the reference must be in the answer; the answer may hold more keys
 calls, `IGNORED`, are not compared. Then:
 
 - Numbers agree to the tolerance of the run's class, relative to their size: that of the number itself, the largest of
-  an array or a table's column, 1 for correlations, the two standard errors for a covariance. A fitted value of a run
-  with ngspice in the loop must besides lie within a thousandth of its standard error.
+  an array or a table's column, 1 for correlations, the two standard errors for a covariance, the standard error of a
+  fitted value that is smaller than it. A fitted value of a run with ngspice in the loop must besides lie within a
+  thousandth of its standard error.
+- Laws of bending whose BIC is more than `NEAR` above the least are rough fits: these agree to `ROUGH`.
 - Residuals are small differences of large numbers; those that the fit does not make least (by windows of time, by
   records, shares of misfit) agree to `RESIDUALS` times that tolerance, relative to the largest of them.
 - Standard errors and intervals from random draws agree within `ERRORS` Monte Carlo errors of the difference of two
@@ -25,12 +27,15 @@ from typing import Any
 
 #: Relative tolerances of numbers, and of standard errors and all else that is not a fitted value, by class of run.
 #: "steps": an adaptive integration to 1e-6, whose steps other rounding moves; on another processor it differs by 6e-9.
+#: What is not a fitted value comes from differences of predictions: on another processor it differs by 2e-9.
 VALUES = {"exact": 1e-9, "ngspice": 1e-7, "steps": 1e-7}
-OTHERS = {"exact": 1e-9, "ngspice": 1e-6, "steps": 1e-7}
+OTHERS = {"exact": 1e-8, "ngspice": 1e-6, "steps": 1e-7}
 #: Most that a fitted value may move, in its standard errors.
 STANDARD_ERRORS = 1e-3
 #: Tolerances of single keys where that of the class asks too much, or has no meaning.
-LOOSE = {"condition": 1e-3, "correlation": 1e-3, "ngspice": 1e-6}
+LOOSE = {"condition": 1e-3, "correlation": 1e-3, "ngspice": 1e-6, "largest_move_in_standard_errors": 1e-2}
+#: A descent to a poor fit ends where little more is to be gained, which other rounding moves.
+NEAR, ROUGH = 10.0, 1e-2
 RESIDUALS, RESIDUAL_KEYS = 1e3, ("rms_own", "rms_joint", "rms_predicted", "share", "worst")
 ERRORS, DRAWS = 3.0, 2000
 
@@ -47,7 +52,7 @@ COUNTED = {"warnings", "open", "undetermined", "omissions"}
 #: What says by which program and call an answer was made, not what it is.
 IGNORED = {"provenance"}
 #: What tells the items of a list from one another.
-LABELS = ("model", "terms", "source", "quantity", "test", "stretch")
+LABELS = ("model", "law", "terms", "source", "quantity", "test", "stretch")
 
 #: Standard error of the 2.5 % quantile of one normal draw, in standard deviations; n draws have it over sqrt(n).
 _QUANTILE = math.sqrt(0.025 * 0.975) / (math.exp(-(1.959964**2) / 2) / math.sqrt(2 * math.pi))
@@ -130,7 +135,7 @@ def _of_quantity(path: str, name: str, reference: dict[str, Any], got: dict[str,
     blocks = name.endswith(("_bootstrap", "_autoregression"))
     draws = DRAWS if blocks else rule.draws
     if name == "value" and _is_number(answer):
-        allowed = VALUES[rule.klass] * abs(expected)
+        allowed = VALUES[rule.klass] * max(abs(expected), error or 0.0)
         if rule.klass == "ngspice" and error:
             allowed = min(allowed, STANDARD_ERRORS * error)
         yield from _number(path, expected, answer, allowed, error)
@@ -157,7 +162,8 @@ def _list(path: str, key: str, reference: list[Any], got: list[Any], rule: Rule)
             label = tuple(str(expected[k]) for k in keys)
             below = f"{path}[{', '.join(label)}]"
             if label in by_label:
-                yield from _values(below, expected, by_label[label], rule)
+                rough = key == "laws" and expected["bic"] > NEAR
+                yield from _values(below, expected, by_label[label], replace(rule, tolerance=ROUGH) if rough else rule)
             else:
                 yield f"{below}: is missing"
         return

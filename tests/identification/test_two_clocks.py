@@ -27,7 +27,7 @@ def intervals(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 def test_a_camera_that_is_late_is_in_the_intervals(intervals: ModuleType) -> None:
     """0.37 s late at 25 Hz beside 10 Hz. Of 2 sets an honest interval misses both with a chance of 0.3 %."""
     group = intervals.GROUPS["camera"]
-    found = intervals.coverage(group.trial("step"), group.truth("step"), 2, quiet=True)
+    found = intervals.coverage(group.trial("step"), group.truth("step"), range(2))
     assert found.failed == []
     assert found.part("displacement_delay") == 1
     assert {name: part for name in found.truth if (part := found.part(name)) < 1 / 2} == {}
