@@ -33,10 +33,14 @@ ONE_START = StartSummary()
 
 @dataclass(frozen=True)
 class Search:
-    """All runs, best first, of which the first ``agreeing`` reached the best minimum."""
+    """All runs, best first, of which the first ``agreeing`` reached the best minimum.
+
+    ``rounding`` is the sum of squares due to rounding alone.
+    """
 
     runs: tuple[Run, ...]
     agreeing: int
+    rounding: float = 0.0
 
     @property
     def best(self) -> Run:
@@ -45,7 +49,8 @@ class Search:
     def near(self, share: float) -> int:
         """Return the number of runs within a ``share`` of the least sum of squares, converged or not."""
         best = self.best.sum_of_squares
-        return sum(run.sum_of_squares <= best * (1 + share) + 1e-300 for run in self.runs)
+        limit = best * (1 + share) + blur(best, self.rounding)
+        return sum(run.sum_of_squares <= limit for run in self.runs)
 
 
 def search(
@@ -92,4 +97,4 @@ def gather(runs: Sequence[Run], rounding: float = 0.0) -> Search:
     ordered = sorted(runs, key=lambda r: (not same(r.sum_of_squares, lowest), not r.converged, r.sum_of_squares))
     best = ordered[0]
     agreeing = sum(same(run.sum_of_squares, best.sum_of_squares) and run.converged for run in ordered)
-    return Search(tuple(ordered), agreeing)
+    return Search(tuple(ordered), agreeing, rounding)

@@ -12,7 +12,8 @@ from synthetic import current_data, fit_current, record, step, two_branches
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.fit.fitting import fit_data
-from ilg_circuit.fit.multistart import StartSummary, search
+from ilg_circuit.fit.minimise import Run
+from ilg_circuit.fit.multistart import StartSummary, gather, search
 from ilg_circuit.identification import current
 from ilg_circuit.identification.current_search import fit_from_several, search_starts
 from ilg_circuit.identification.displacement_findings import start_findings
@@ -35,6 +36,13 @@ def test_a_start_that_is_tens_of_times_off_leads_to_the_same_answer(
     found = fit_current(r, model, engine="exact").fit
     assert (np.abs(found.values - expected.values) < 0.05 * expected.errors).all()
     assert found.starts.agreeing >= 2
+
+
+@pytest.mark.parametrize("best", [0.0, 1e-32])
+def test_runs_that_differ_by_rounding_alone_reached_the_same_minimum(best: float) -> None:
+    ends = [best, 8e-32, 1e-3]
+    found = gather([Run(np.ones(3), squares, 0.0, 1.0) for squares in ends], rounding=1e-22)
+    assert (found.agreeing, found.near(1e-5)) == (2, 2)
 
 
 def test_a_fit_elsewhere_than_the_best_start_is_refused() -> None:
