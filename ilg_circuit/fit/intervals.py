@@ -19,7 +19,7 @@ from .estimate import Estimate, Method
 from .mcmc import sample
 from .problem import Progress
 from .profile import REACH, profile
-from .reported import Reported, autocorrelated, widening, with_autocorrelation
+from .reported import Reported, widened, widening, with_autocorrelation
 from .result import FitResult
 
 
@@ -56,7 +56,7 @@ def uncertainties(fit: FitResult, method: Method = "covariance", progress: Progr
 
 
 def _of_component(fit: FitResult, method: Method, progress: Progress) -> Uncertainties:
-    noise = with_autocorrelation(fit) if method == "autoregression" or autocorrelated(fit) else None
+    noise = with_autocorrelation(fit) if method == "autoregression" or widened(fit) else None
     rows = zip(
         fit.labels, fit.problem.moved, fit.values.tolist(), fit.errors.tolist(), fit.intervals.tolist(), strict=True
     )

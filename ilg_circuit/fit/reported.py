@@ -1,7 +1,7 @@
 """Computes the reported errors of a fit: by its covariance, or a wider one if residuals are autocorrelated.
 
 The wider one is from an autoregression of the residuals, but at least the block bootstrap's: if residuals are model
-errors and not noise, an autoregression need not hold.
+errors and not noise, an autoregression need not hold. Where readings are coarse, their rounding is added.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from ..arrays import Array
 from .autoregression import autoregression, sequences
 from .bootstrap import Bootstrap, block_bootstrap
+from .coarse import rounding_covariance, steps_of
 from .criteria import autocorrelation, structured
 from .result import FitResult
 
@@ -26,7 +27,8 @@ class Reported:
     """Errors with autocorrelated residuals: ``covariance`` (n, n) of the values, 95 % ``intervals`` (n, 2).
 
     ``freedom`` (n,) are the degrees of freedom of the errors.
-    Each error is the larger of the autoregression's and the bootstrap's (``blocks``); each interval includes both.
+    Each error is the larger of the autoregression's and the bootstrap's (``blocks``), and the rounding's; each interval
+    includes all.
     """
 
     covariance: Array
@@ -45,7 +47,7 @@ _FOUND: WeakKeyDictionary[FitResult, Reported] = WeakKeyDictionary()
 
 
 def with_autocorrelation(fit: FitResult) -> Reported:
-    """Return errors and intervals of a ``fit`` of one component that allow for autocorrelated residuals."""
+    """Return errors and intervals of a ``fit`` of one component that allow for autocorrelation and coarse readings."""
     found = _FOUND.get(fit)
     if found is None:
         found = _FOUND[fit] = _with_autocorrelation(fit)
@@ -56,9 +58,11 @@ def _with_autocorrelation(fit: FitResult) -> Reported:
     noise, blocks = autoregression(fit), block_bootstrap(fit)
     errors = np.maximum(noise.errors, np.finfo(float).tiny)  # zero if the fit is exact
     wider = np.maximum(blocks.errors / errors, 1.0)
-    ends = np.array([fit.intervals_by(noise.errors, noise.freedom), blocks.intervals])
+    covariance = noise.covariance * np.outer(wider, wider) + rounding_covariance(fit)
+    every = fit.intervals_by(np.sqrt(np.diag(covariance)), noise.freedom)
+    ends = np.array([fit.intervals_by(noise.errors, noise.freedom), blocks.intervals, every])
     return Reported(
-        covariance=noise.covariance * np.outer(wider, wider),
+        covariance=covariance,
         freedom=noise.freedom,
         intervals=np.column_stack([ends[:, :, 0].min(axis=0), ends[:, :, 1].max(axis=0)]),
         blocks=blocks,
@@ -66,7 +70,7 @@ def _with_autocorrelation(fit: FitResult) -> Reported:
 
 
 def reported_covariance(fit: FitResult) -> Array:
-    """Return the covariance (n, n) of the values: by `with_autocorrelation` where residuals are autocorrelated.
+    """Return the covariance (n, n) of the values: by `with_autocorrelation` where errors are `widened`.
 
     Components of a fit are treated one by one.
     """
@@ -77,13 +81,13 @@ def reported_covariance(fit: FitResult) -> Array:
             at = [fit.labels.index(label) for label in part.labels]
             covariance[np.ix_(at, at)] = reported_covariance(part)
         return covariance
-    return with_autocorrelation(fit).covariance if autocorrelated(fit) else fit.covariance[:n, :n]
+    return with_autocorrelation(fit).covariance if widened(fit) else fit.covariance[:n, :n]
 
 
 def reported_freedom(fit: FitResult) -> Array:
     """Return the degrees of freedom (n,) of `reported_errors`."""
     if not fit.components:
-        return with_autocorrelation(fit).freedom if autocorrelated(fit) else fit.freedom
+        return with_autocorrelation(fit).freedom if widened(fit) else fit.freedom
     found = np.empty(len(fit.values))
     for part in fit.components:
         found[[fit.labels.index(label) for label in part.labels]] = reported_freedom(part)
@@ -102,11 +106,16 @@ def widening(fit: FitResult) -> Array:
     """
     from scipy.stats import t as student
 
-    if not autocorrelated(fit):
+    if not widened(fit):
         return fit.errors / fit.pooled_errors
     found = with_autocorrelation(fit)
     students = student.ppf(0.975, found.freedom) / student.ppf(0.975, fit.degrees_of_freedom)
     return np.asarray(students * found.errors / fit.pooled_errors)
+
+
+def widened(fit: FitResult) -> bool:
+    """Return True if errors allow for more than independent noise: residuals are correlated or readings coarse."""
+    return autocorrelated(fit) or bool(steps_of(fit).any())
 
 
 def autocorrelated(fit: FitResult) -> bool:

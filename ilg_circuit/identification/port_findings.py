@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from ..arrays import Array
 from ..findings import Finding
+from ..fit.coarse import coarse_step
 from ..fit.criteria import structured
 from ..fit.misfit import WARN_SPECTRUM
 from ..fit.selection import Candidate
@@ -98,11 +97,9 @@ def rejected_findings(candidates: Sequence[Candidate]) -> list[Finding]:
 
 
 def _resolution(d: PortData, rms: float) -> list[Finding]:
-    """Return a finding if the instrument's resolution is so coarse that standard errors are too small."""
-    steps = np.diff(np.unique(d.data))
-    if len(steps) and float(steps.min()) > 2 * rms and len(steps) < len(d.data) / 4:
-        return [Finding("resolution-coarse", d.source, {"step": float(steps.min())})]
-    return []
+    """Return a finding if the instrument's resolution is so coarse that errors are larger for its rounding."""
+    step = coarse_step(d.data, rms)
+    return [Finding("resolution-coarse", d.source, {"step": step})] if step else []
 
 
 def base_findings(base: Actuator | Specimen | None, coupling: CouplingFit | None) -> list[Finding]:

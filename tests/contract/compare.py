@@ -27,9 +27,10 @@ from typing import Any
 
 #: Relative tolerances of numbers, and of standard errors and all else that is not a fitted value, by class of run.
 #: "steps": an adaptive integration to 1e-6, whose steps other rounding moves; on another processor it differs by 6e-9.
-#: What is not a fitted value comes from differences of predictions: on another processor it differs by 2e-9.
+#: What is not a fitted value comes from differences of predictions: on another processor it differs by 2e-9, with
+#: ngspice in the loop by 1.1e-6.
 VALUES = {"exact": 1e-9, "ngspice": 1e-7, "steps": 1e-7}
-OTHERS = {"exact": 1e-8, "ngspice": 1e-6, "steps": 1e-7}
+OTHERS = {"exact": 1e-8, "ngspice": 3e-6, "steps": 1e-7}
 #: Most that a fitted value may move, in its standard errors.
 STANDARD_ERRORS = 1e-3
 #: Tolerances of single keys where that of the class asks too much, or has no meaning.
