@@ -29,6 +29,8 @@ class Drive(Protocol):
     A drive by current has the ``unit`` "A", see `by_current`.
     """
 
+    def __hash__(self) -> int: ...
+
     @property
     def rest(self) -> float:
         """Level [V] before t = 0, under which the circuit has come to rest."""
