@@ -214,7 +214,9 @@ def settled(
             continue
 
         at = partial(_with_share, found.problem, tuple(moved), members, observe)
-        telling = [k for k in members if k == members[0] or _tells_onset(moved[k], found.residuals_of(k))]
+        # beginning within a run, what moved the strip before is not known: its displacement tells no time
+        moving = members[1:] if current.channel.width else []
+        telling = [members[0], *(k for k in moving if _tells_onset(moved[k], found.residuals_of(k)))]
         profile = profile_bounded(found, at, BRACKET, telling, start=current.share, costly=costly)
         low, high = profile.admitted
         if abs(profile.middle - current.share) > _MIDDLE * (high - low):

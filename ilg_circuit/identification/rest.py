@@ -56,8 +56,12 @@ class Rest:
         return cls(count, float(-t[0]), middle, onset, slope, half)
 
     def supports(self, end: float, span: float) -> bool:
-        """Return True if the rest determines a drift to ``end`` [s] after the onset, of readings over ``span`` [m]."""
-        return self.length * _LONGEST >= end and self.half * end <= _VAGUEST * span
+        """Return True if the rest determines a drift to ``end`` [s] after the onset, of readings over ``span`` [m].
+
+        A drift that is beyond doubt is never zero, however vague it is.
+        """
+        vague = self.half * end > _VAGUEST * span
+        return self.length * _LONGEST >= end and (not vague or abs(self.slope) > self.half)
 
     def nearest(self, slope: float) -> float:
         """Return ``slope`` [m/s] clipped to the interval of the slope at rest."""

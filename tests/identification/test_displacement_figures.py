@@ -170,6 +170,19 @@ def test_where_the_rest_tells_it_a_drift_is_always_fitted(drift: float) -> None:
     assert ("displacement-drifts" in by_code(fit)) == bool(drift)
 
 
+@pytest.mark.parametrize("drift", [6e-6, 1e-5])
+def test_a_drift_that_is_beyond_doubt_is_fitted_however_vague(drift: float) -> None:
+    """A rest that knew the slope to a part of itself left it out: the natural frequency was 13 % off, and sure."""
+    fit = fitted(paper(15, drift, 1))
+    rest = Rest.of(fit.data.channel)
+    assert 0.4 * rest.slope < rest.half < rest.slope
+    assert rest.half * 300.0 > 0.1 * fit.data.size
+    assert fit.data.window == 300.0
+    assert fit.drift == pytest.approx(drift, abs=4 * float(fit.fit.nuisance_errors[1]))
+    assert PAPER.coupling is not None
+    assert fit.fit.values[3] == pytest.approx(PAPER.coupling.natural_frequency, abs=4 * float(fit.fit.errors[3]))
+
+
 def test_a_drift_that_might_be_there_widens_the_intervals() -> None:
     """A fit of the same readings that leaves the drift out would be surer than it may be."""
     found = fitted(paper(60, 0.0))
