@@ -97,6 +97,7 @@ _FIRST = (
     "displacements-inconsistent",
     "displacements-apart",
     "displacement-shortened",
+    "displacement-clipped",
     "one-pole-not-enough",
     "residuals-structured",
 )

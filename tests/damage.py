@@ -40,11 +40,11 @@ SCRAPS = (
 def read_or_refused(
     path: Path, seeds: range, formats: Mapping[str, Callable[[], str]], read: Callable[[Path], None]
 ) -> Counter[str]:
-    """How many damaged files were ``read`` and how many refused, every refusal one line, none slower than a second."""
+    """How many damaged files were ``read`` and how many refused, every refusal one line, none over 2 s of processor time."""
     outcomes: Counter[str] = Counter()
     for seed in seeds:
         path.write_bytes(damaged(seed, formats))
-        begin = time.perf_counter()
+        begin = time.process_time()
         said = ""
         try:
             read(path)
@@ -53,7 +53,7 @@ def read_or_refused(
         outcomes["refused" if said else "read"] += 1
         assert "\n" not in said, seed
         assert len(said) < 1500, seed
-        assert time.perf_counter() - begin < 1, seed
+        assert time.process_time() - begin < 2, seed
     return outcomes
 
 

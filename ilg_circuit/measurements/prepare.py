@@ -16,6 +16,7 @@ from .lost import mended
 from .onset import Bracket, Onset, Stated, answer_bracket, find_onset
 from .quality import clipped_tops, current_drift, dropouts, rest_drift
 from .record import Channel, Forced, Record
+from .saturation import saturated
 from .smoothing import noise_level
 from .table import Table
 from .voltage import MeasuredDrive, answers_noise, measured_drive
@@ -221,7 +222,9 @@ def _displacement(table: Table, onset: Onset) -> tuple[Channel | None, list[Find
         return None, []
     missing, notes = dropouts(values, "displacement", "m")
     channel = _channel(table.time[~missing], values[~missing], onset, onset.between)
-    return channel, [*notes, *rest_drift(channel.time, channel.values, "displacement", "m")]
+    stuck, limits = saturated(channel.time, channel.values)
+    channel = channel.without(stuck)
+    return channel, [*notes, *limits, *rest_drift(channel.time, channel.values, "displacement", "m")]
 
 
 def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> None:

@@ -23,6 +23,7 @@ from .quality import dropouts, rest_drift
 from .read import read_columns
 from .record import Channel, Record
 from .said import NOTHING, Said
+from .saturation import saturated
 from .smoothing import noise_level
 from .table import Headers, Table
 
@@ -189,13 +190,14 @@ def moving(track: Track) -> tuple[Channel, tuple[Finding, ...]]:
     time = track.time - zero
     rest = track.values[time < 0]
     values = track.values - (float(np.median(rest)) if len(rest) else float(track.values[0]))
-    channel = Channel(time, values, zero=zero)
-    if int((time >= 0).sum()) < LEAST_DISPLACEMENT:
+    stuck, limits = saturated(time, values)
+    channel = Channel(time, values, zero=zero).without(stuck)
+    if int((channel.time >= 0).sum()) < LEAST_DISPLACEMENT:
         raise InputError(
-            f"{track.source}: {int((time >= 0).sum())} readings from where the tip begins to move, at "
+            f"{track.source}: {int((channel.time >= 0).sum())} readings from where the tip begins to move, at "
             f"{format_quantity(zero, 's', 4)} of its clock; {LEAST_DISPLACEMENT} are needed"
         )
-    notes = [*track.notes, *rest_drift(channel.time, channel.values, "displacement", "m")]
+    notes = [*track.notes, *limits, *rest_drift(channel.time, channel.values, "displacement", "m")]
     if not rests:
         notes.append(Finding("track-without-rest"))
     return channel, tuple(notes)
