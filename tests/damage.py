@@ -40,7 +40,7 @@ SCRAPS = (
 def read_or_refused(
     path: Path, seeds: range, formats: Mapping[str, Callable[[], str]], read: Callable[[Path], None]
 ) -> Counter[str]:
-    """How many damaged files were ``read`` and how many refused, every refusal one line, none over 2 s of processor time."""
+    """How many damaged files were ``read`` and how many refused, in one line each, none in over 2 s of computing."""
     outcomes: Counter[str] = Counter()
     for seed in seeds:
         path.write_bytes(damaged(seed, formats))
