@@ -28,7 +28,7 @@ class Reported:
 
     ``freedom`` (n,) are the degrees of freedom of the errors.
     Each error is the larger of the autoregression's and the bootstrap's (``blocks``), and the rounding's; each interval
-    includes all.
+    includes both.
     """
 
     covariance: Array
@@ -58,11 +58,11 @@ def _with_autocorrelation(fit: FitResult) -> Reported:
     noise, blocks = autoregression(fit), block_bootstrap(fit)
     errors = np.maximum(noise.errors, np.finfo(float).tiny)  # zero if the fit is exact
     wider = np.maximum(blocks.errors / errors, 1.0)
-    covariance = noise.covariance * np.outer(wider, wider) + rounding_covariance(fit)
-    every = fit.intervals_by(np.sqrt(np.diag(covariance)), noise.freedom)
-    ends = np.array([fit.intervals_by(noise.errors, noise.freedom), blocks.intervals, every])
+    rounding = rounding_covariance(fit)
+    whole = np.sqrt(noise.errors**2 + np.diag(rounding))
+    ends = np.array([fit.intervals_by(whole, noise.freedom), blocks.intervals])
     return Reported(
-        covariance=covariance,
+        covariance=noise.covariance * np.outer(wider, wider) + rounding,
         freedom=noise.freedom,
         intervals=np.column_stack([ends[:, :, 0].min(axis=0), ends[:, :, 1].max(axis=0)]),
         blocks=blocks,
