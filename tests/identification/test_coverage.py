@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,6 +30,27 @@ def intervals(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 def outliers(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.syspath_prepend(BENCHMARKS)
     return importlib.import_module("outliers")
+
+
+def test_counts_go_on_where_they_stopped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.syspath_prepend(BENCHMARKS)
+    counted = importlib.import_module("counted")
+    monkeypatch.setattr(counted, "FOLDER", tmp_path / "counted")
+    given = argparse.Namespace(workers=1, minutes=np.inf, again=False)
+    asked: list[tuple[str, int, int]] = []
+
+    def measure(kind: str, first: int, sets: int) -> dict[str, Any]:
+        asked.append((kind, first, sets))
+        return {"held": {"gain": sets}, "widest": float(first), "failed": [first]}
+
+    for sets in (30, 50):
+        found = counted.blocks("some", ["a", "b"], sets, measure, given)
+        assert counted.total(found, "a")["held"] == {"gain": sets}
+    assert asked == [(kind, k, n) for k, n in ((0, 20), (20, 10), (30, 20)) for kind in "ab"]
+    assert counted.total(found, "b") == {"held": {"gain": 50}, "widest": 30.0, "failed": [0, 20, 30]}
+    # of one commit, one line a kind is kept
+    assert len((tmp_path / "counted" / "some.jsonl").read_text().splitlines()) == 2
+    assert "(100 sets)" in counted.versions(found)
 
 
 def test_an_onset_between_readings_is_in_every_interval(intervals: ModuleType) -> None:
