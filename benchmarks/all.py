@@ -36,6 +36,7 @@ PAGES = {
     "control": "CONTROL.md",
     "design": "DESIGN.md",
     "papers": "PAPERS.md",
+    "outliers": "OUTLIERS.md",
     "intervals": "INTERVALS.md",
 }
 

@@ -88,15 +88,18 @@ def outcome(name: str, k: int) -> Counts:
     random = np.random.default_rng([SEED, LAWS.index(name), k])
     law = drawn(name, random)
     table = measured(law, random)
+    counts: Counts = {"chosen": {"no fit": 1}, "held": {}, "given": {}, "named": 0}
     try:
-        coupling = (found := identify(prepare(table, "first-level"), base=PAPER, model="rc", engine="exact")).coupling
+        found = identify(prepare(table, "first-level"), base=PAPER, model="rc", engine="exact")
     except IlgError:
-        coupling = None
-    chosen = coupling.motion.law.name if coupling is not None else "no fit"
-    counts: Counts = {"chosen": {chosen: 1}, "held": {}, "given": {}, "named": 0}
-    if coupling is not None and chosen != name:
-        counts["named"] = int(name in [each.law for each in coupling.laws if each.alike])
-    for label, estimate in found.parameters.items() if chosen == name else ():
+        return counts
+    if found.coupling is None:
+        return counts
+    chosen = found.coupling.motion.law.name
+    counts["chosen"] = {chosen: 1}
+    if chosen != name:
+        return counts | {"named": int(name in [each.law for each in found.coupling.laws if each.alike])}
+    for label, estimate in found.parameters.items():
         true = getattr(law, label.removeprefix("coupling_"), None)
         if label.startswith("coupling_") and true is not None and estimate.interval is not None:
             counts["given"][label] = 1

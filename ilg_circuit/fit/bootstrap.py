@@ -38,8 +38,7 @@ def block_bootstrap(fit: FitResult, draws: int = DRAWS, seed: int = SEED) -> Boo
     Each observation is drawn from its own residuals.
     """
     n = len(fit.values)
-    size = np.linalg.norm(fit.slopes, axis=0)
-    projection = (np.linalg.pinv(fit.slopes / size) / size[:, None])[:n]
+    projection = fit.projection
     moves = np.zeros((draws, n))  # of the coordinates
     longest = 0
     for which, part in enumerate(fit.problem.slices):

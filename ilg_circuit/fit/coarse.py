@@ -46,8 +46,7 @@ def rounding_covariance(fit: FitResult) -> Array:
     steps = steps_of(fit)
     if not steps.any():
         return covariance
-    size = np.linalg.norm(fit.slopes, axis=0)
-    projection = (np.linalg.pinv(fit.slopes / size) / size[:, None])[:n]
+    projection = fit.projection
     for observation, part, step in zip(fit.problem.observations, fit.problem.slices, steps, strict=True):
         if step:
             begins = np.flatnonzero(np.append(True, np.diff(observation.data) != 0))

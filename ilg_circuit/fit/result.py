@@ -78,6 +78,12 @@ class FitResult(Estimated, Result):
         """The fits of the problem's components; the fit itself if there is only one."""
         return self.components or (self,)
 
+    @property
+    def projection(self) -> Array:
+        """Changes (n, samples) of the values with each residual, to first order, in their units."""
+        size = np.linalg.norm(self.slopes, axis=0)
+        return np.asarray((np.linalg.pinv(self.slopes / size) / size[:, None])[: len(self.values)])
+
     @cached_property
     def errors(self) -> Array:
         """Standard errors (n,) by the covariance."""

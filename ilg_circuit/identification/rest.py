@@ -1,8 +1,8 @@
 """Estimates the rest position and its drift from the readings before the onset.
 
 A drift of the instrument and the slow part of d(s) are similar over the record. At rest only the drift changes the
-position. A drift is therefore fitted only if the readings at rest determine its slope; this depends on their length and
-noise, not on the slope itself.
+position. A drift is therefore fitted only if the readings at rest determine its slope, by their length and noise, or
+show beyond doubt that there is one.
 """
 
 from __future__ import annotations

@@ -40,7 +40,9 @@ def saturated(t: Array, values: Array) -> tuple[Mask, tuple[Finding, ...]]:
         at = moving & (np.abs(values - limit) <= _EQUAL * span)
         long = [(a, b) for a, b in runs(at) if b - a >= _STUCK and _sudden(values, a, b, span)]
         steps = np.abs(np.diff(values[moving & ~at]))
-        if not long or abs(limit - still) < _FAR * span or np.mean(steps <= _EQUAL * span) > _SELDOM:
+        if not long or len(steps) < _STUCK or abs(limit - still) < _FAR * span:
+            continue
+        if np.mean(steps <= _EQUAL * span) > _SELDOM:
             continue
         reach = max(b - a for a, b in long)
         held = np.zeros(len(t), dtype=bool)

@@ -60,6 +60,13 @@ def test_rest_is_no_limit() -> None:
     assert not saturated(T, values)[0].any()
 
 
+def test_readings_that_are_all_alike_tell_no_limit() -> None:
+    """Nothing is left beside them that would show the resolution; numpy warned of the mean of nothing."""
+    for count in (0, 1, 4):
+        values = np.where(0.1 * count - 0.01 > T, 0.0, 1e-3)
+        assert not saturated(T, values)[0].any()
+
+
 def test_a_flat_or_short_record_has_none() -> None:
     assert saturated(T, np.zeros(len(T))) == (pytest.approx(np.zeros(len(T), dtype=bool)), ())
     assert not saturated(T[:104], settling(0.0)[:104])[0].any()
