@@ -40,8 +40,8 @@ class DisplacementFit:
 
     @property
     def rest(self) -> float:
-        """Position at rest [m] by the readings before the onset, or else the first reading."""
-        return self.at_rest.onset if self.supported else self.at_rest.middle
+        """Position at rest [m] at the onset by the readings before it, or else the first reading."""
+        return self.at_rest.middle if self.drift is None else self.at_rest.position(self.drift)
 
     @property
     def level(self) -> float:

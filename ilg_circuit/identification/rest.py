@@ -1,8 +1,9 @@
 """Estimates the rest position and its drift from the readings before the onset.
 
 A drift of the instrument and the slow part of d(s) are similar over the record. At rest only the drift changes the
-position. A drift is therefore fitted only if the readings at rest determine its slope, by their length and noise, or
-show beyond doubt that there is one.
+position. A drift is therefore fitted within the interval of the slope at rest, wherever that interval allows no drift
+as large as the displacement itself, or shows beyond doubt that there is one. It is not left out for being small beside
+its uncertainty: that would make an unknown zero.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ..measurements.smoothing import resolution
 #: Longest stretch, in lengths of the rest, over which the rest supports a drift.
 _LONGEST = 20.0
 #: Largest uncertainty of the drift at the end of the stretch, as a fraction of the readings' span.
-_VAGUEST = 0.1
+_VAGUEST = 1.0
 #: Confidence level of the interval of the slope, three standard errors. A 95 % interval would exclude the true slope
 #: for one record in twenty, and a drift held at its end would then bias d(s).
 _LEVEL = 0.997
@@ -32,15 +33,16 @@ _ROUNDING = 1e-12
 class Rest:
     """The line through ``count`` readings over ``length`` [s] before the onset; ``middle`` [m] is their median.
 
-    ``onset`` [m] is its value at the onset, ``slope`` [m/s] its slope and ``half`` [m/s] the half-width of the slope's
-    99.7 % interval, infinite for too few readings. Without readings at rest ``middle`` is the first reading of the
-    record.
+    ``mean`` [m] is their mean, at ``center`` [s]; ``slope`` [m/s] the line's slope and ``half`` [m/s] the half-width of
+    the slope's 99.7 % interval, infinite for too few readings. Without readings at rest ``middle`` is the first reading
+    of the record.
     """
 
     count: int
     length: float
     middle: float
-    onset: float
+    mean: float
+    center: float
     slope: float
     half: float
 
@@ -51,9 +53,9 @@ class Rest:
         count = len(t)
         middle = float(np.median(values)) if count else float(channel.values[0])
         if count < _FEWEST:
-            return cls(count, float(-t[0]) if count else 0.0, middle, middle, 0.0, np.inf)
-        slope, half, onset = _line(t, values, resolution(channel.values))
-        return cls(count, float(-t[0]), middle, onset, slope, half)
+            return cls(count, float(-t[0]) if count else 0.0, middle, middle, 0.0, 0.0, np.inf)
+        slope, half = _line(t, values, resolution(channel.values))
+        return cls(count, float(-t[0]), middle, float(values.mean()), float(t.mean()), slope, half)
 
     def supports(self, end: float, span: float) -> bool:
         """Return True if the rest determines a drift to ``end`` [s] after the onset, of readings over ``span`` [m].
@@ -63,25 +65,28 @@ class Rest:
         vague = self.half * end > _VAGUEST * span
         return self.length * _LONGEST >= end and (not vague or abs(self.slope) > self.half)
 
+    def position(self, drift: float) -> float:
+        """Return the position [m] at the onset by the readings at rest, which move by ``drift`` [m/s]."""
+        return self.mean - drift * self.center
+
     def nearest(self, slope: float) -> float:
         """Return ``slope`` [m/s] clipped to the interval of the slope at rest."""
         return float(np.clip(slope, self.slope - self.half, self.slope + self.half))
 
 
-def _line(t: Array, values: Array, step: float) -> tuple[float, float, float]:
-    """Return slope, half-width of its interval, and value at the onset of the line through readings at rest.
+def _line(t: Array, values: Array, step: float) -> tuple[float, float]:
+    """Return the slope of the line through readings at rest, and the half-width of its interval.
 
     Autocorrelated readings count as fewer independent ones; the slope is not determined to better than one ``step`` of
     the instrument over their length.
     """
     from scipy.stats import t as student
 
-    middle = float(t.mean())
-    x = t - middle
+    x = t - t.mean()
     slope = float(x @ (values - values.mean()) / (x @ x))
     residuals = values - values.mean() - slope * x
     samples = effective_samples(residuals)
     spread = np.sqrt(float(residuals @ residuals) / (len(t) - 2) * len(t) / samples / float(x @ x))
     half = float(student.ppf((1 + _LEVEL) / 2, samples - 2) * spread)
     least = max(step, _ROUNDING * float(np.abs(values).max())) / float(np.ptp(t))
-    return slope, max(half, least), float(values.mean() - slope * middle)
+    return slope, max(half, least)

@@ -170,10 +170,11 @@ def test_the_displacement_and_how_far_it_is_described(result: Identification, me
     assert np.sqrt(np.mean(residuals**2)) <= 0.015e-3
     by_code = {f.code: f for f in result.findings if f.values.get("quantity") != "current"}
     assert "displacement fitted over the first 16" in str(by_code["displacement-shortened"])
-    assert by_code["displacement-shortened"].values["away"] == pytest.approx(2.94e-3, abs=0.02e-3)
-    # 2.66 s of rest, which wanders, do not tell a drift over 16 s
-    assert found.drift is None
-    assert result.derived["displacement_drift"].fixed_because.startswith("left out: a rest of 2.66 s")
+    assert by_code["displacement-shortened"].values["away"] == pytest.approx(2.58e-3, abs=0.02e-3)
+    # 2.66 s of rest, which wanders, allow a drift over 16 s
+    assert found.drift is not None
+    assert abs(found.drift - found.at_rest.slope) < found.at_rest.half
+    assert result.derived["displacement_drift"].fixed_because == ""
     assert by_code["misfit"].values["worst"] > 0.05
     assert found.coupling.damping_ratio > 1
     assert found.data.sign == -1.0
@@ -184,7 +185,9 @@ def test_the_static_answer_is_seen_in_the_data(result: Identification, measureme
     found, channel = whole(result), measurement.displacement
     assert channel is not None
     settled = (channel.time > 12.0) & (channel.time < 16.0)
-    assert found.per_volt * 1.4891 == pytest.approx(np.mean(channel.values[settled]) - found.rest, rel=0.03)
+    assert found.drift is not None
+    steady = channel.values - found.drift * channel.time
+    assert found.per_volt * 1.4891 == pytest.approx(np.mean(steady[settled]) - found.rest, rel=0.03)
 
 
 # -- the file in other clothes -----------------------------------------------------------------------------------------
@@ -196,7 +199,7 @@ def test_blanks_in_the_displacement(read: Write, columns: Columns, result: Ident
     gaps[400:450] = np.nan
     m = read(laser_displacement_mm=gaps)
     found = moved(m, result)
-    assert found.fit.values == pytest.approx(whole(result).fit.values, rel=0.05)
+    assert (np.abs(found.fit.values - whole(result).fit.values) < 1.5 * found.fit.errors).all()
     named = next((f.values["count"] for f in found.findings if f.code == "outliers"), 0)
     assert len(found.data.channel.values) == np.isfinite(gaps).sum() - named
     assert named <= 2
