@@ -219,9 +219,15 @@ class FitResult(Estimated, Result):
 
     def nuisance_of(self, k: int) -> Array:
         """Return the amounts of the linear terms of observation ``k``."""
+        return self.nuisance[self._terms_of(k)]
+
+    def nuisance_errors_of(self, k: int) -> Array:
+        """Return the standard errors of the amounts of the linear terms of observation ``k``."""
+        return self.nuisance_errors[self._terms_of(k)]
+
+    def _terms_of(self, k: int) -> slice:
         widths = [o.nuisance.shape[1] for o in self.problem.observations]
-        start = sum(widths[:k])
-        return self.nuisance[start : start + widths[k]]
+        return slice(sum(widths[:k]), sum(widths[: k + 1]))
 
     def statistics_of(self, k: int) -> dict[str, float]:
         """Return rmse [unit], AIC, BIC and n of observation ``k``, with the number of unknowns that it determines."""

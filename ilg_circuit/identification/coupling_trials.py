@@ -18,12 +18,12 @@ from ..errors import IlgError, InputError
 from ..fit.criteria import effective_samples, structured
 from ..fit.identifiability import DETERMINED
 from ..fit.minimise import levenberg_marquardt
+from ..measurements.rest import Rest
 from ..strip.actuator import Actuator
 from .coupling_waves import Waves
 from .motion import DisplacementData
 from .motion_laws import EC31, MotionLaw
 from .relaxation_search import RelaxationSearch, axis_of, with_shape
-from .rest import Rest
 from .start import CouplingSearch
 
 #: Largest number of readings in the comparison of laws.

@@ -20,7 +20,7 @@ from ..fit.bounded import likeliest
 from ..fit.fitting import fit, fit_near, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
-from ..measurements.prepare import LEAST_REST
+from ..measurements.prepare import LEAST_REST, tells_offset
 from ..measurements.record import Channel, Record
 from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
@@ -121,14 +121,19 @@ class CurrentData:
 
     @property
     def has_offset(self) -> bool:
-        """True if there are enough samples before the onset to fit the current offset."""
-        return int(self.channel.rest.sum()) >= LEAST_REST
+        """True if samples before the onset, or the levels of a run, determine the offset."""
+        return tells_offset(self.channel, self.measured.drive, self.record.beginning)
+
+    @property
+    def drifts(self) -> bool:
+        """True if the readings at rest drift beyond doubt: a straight line is then fitted beside the model."""
+        return self.has_offset and self.record.beginning != "run" and self.channel.at_rest.drifts
 
     @cached_property
     def rows(self) -> NDArray[np.intp]:
         """The rows of the record's current that are fitted."""
         rest = self.channel.rest
-        kept = np.ones(len(rest), dtype=bool) if self.has_offset else ~rest
+        kept = np.ones(len(rest), dtype=bool) if int(rest.sum()) >= LEAST_REST else ~rest
         kept[list(self.left_out)] = False
         kept &= self.channel.time <= self.until
         return np.flatnonzero(kept) if self.only is None else self.only[kept[self.only]]
@@ -184,8 +189,10 @@ class CurrentData:
 
     @cached_property
     def nuisance(self) -> Array:
-        """Linear terms (samples, q): the offset, and the initial state of a record that begins within a run."""
+        """Linear terms (samples, q): offset, drift, and the initial state of a record that begins within a run."""
         offset = np.broadcast_to(1.0, (len(self.data), int(self.has_offset)))
+        if self.drifts:
+            return np.column_stack([offset, self.abscissa])
         if self.record.beginning != "run":
             return offset
         return np.column_stack([offset, decaying_terms(self.since, centred=self.has_offset)])
@@ -275,7 +282,8 @@ class CurrentData:
 
     def _start(self, kind: ElectricalModel, held: float) -> Array:
         t, data = self.since, self.data
-        offset = float(data[t < 0].mean()) if self.has_offset else 0.0
+        rest = self.channel.at_rest
+        offset = rest.position(rest.slope if self.drifts else 0.0) if rest.count else 0.0
         stored = self.nuisance[t >= 0, int(self.has_offset) :]
         try:
             return self._model_start(kind, t[t >= 0], data[t >= 0] - offset, held, stored)

@@ -35,7 +35,6 @@ from .motion_laws import EC31, MotionLaw
 from .outliers import left_out, spikes
 from .port_model import BRACKET
 from .relaxation_search import RelaxationSearch, search_of
-from .rest import Rest
 from .start import CouplingSearch, thinned
 
 #: Largest residuals of a displacement that counts as described, as a fraction of the readings' span.
@@ -171,7 +170,7 @@ class WindowSearch:
             thin[thinned(channel.time, _MOST_ROWS)] = False
             self.about_readings.append(Finding("displacement-thinned", values={"of": len(thin), "kept": _MOST_ROWS}))
             channel = channel.without(thin)
-        self.rest = Rest.of(channel)
+        self.rest = channel.at_rest
         channel = channel.until(record.until)
         end = float(channel.time[-1])
         # data are fitted relative to a reference near rest, so that a large rest position does not dominate

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from ..arrays import Array
 from ..findings import Finding
 from ..fit.result import FitResult
+from ..measurements.rest import Rest
 from ..strip.actuator import CouplingLaw
 from .motion import DisplacementData, Motion
-from .rest import Rest
 
 
 @dataclass(frozen=True)

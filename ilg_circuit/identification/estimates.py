@@ -182,6 +182,9 @@ def file_quantities(data: PortData, fit: FitResult, k: int) -> Estimates:
         found["step_voltage"] = Estimate(data.record.step, "V")
     if data.has_offset:
         found[f"{data.quantity}_offset"] = Estimate(float(fit.nuisance_of(k)[0]), data.unit)
+    if data.drifts:
+        drift, error = float(fit.nuisance_of(k)[1]), float(fit.nuisance_errors_of(k)[1])
+        found[f"{data.quantity}_drift"] = Estimate(drift, f"{data.unit}/s", error)
     return found
 
 

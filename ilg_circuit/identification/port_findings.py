@@ -14,6 +14,7 @@ from ..measurements.smoothing import noise_level
 from ..strip.actuator import Actuator
 from ..strip.specimen import Specimen
 from .coupling_fit import CouplingFit
+from .current import CurrentData
 from .displacement_findings import start_findings
 from .impedance import DC, ImpedanceData
 from .port_fit import PortFit
@@ -41,6 +42,11 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
         if isinstance(d, ImpedanceData):
             found += spectrum_findings(d, residuals, port.kind.name)
             continue
+        assert isinstance(d, CurrentData)
+        if d.drifts:
+            rate, error = port.fit.nuisance_of(k)[1], port.fit.nuisance_errors_of(k)[1]
+            about = {"quantity": d.quantity, "unit": d.unit, "rate": float(rate), "stderr": float(error)}
+            found.append(Finding("current-drifts", subject, about))
         rms = port.fit.rms_of(k)
         if structured(residuals) and rms > max(_OVER_NOISE * noise_level(d.data), _NEGLIGIBLE * d.size):
             shares.append(rms / d.size)

@@ -13,7 +13,7 @@ from ..findings import Finding
 from ..units import format_quantity
 from .forced import answered, as_set, forces_current
 from .lost import mended
-from .onset import Bracket, Onset, Stated, answer_bracket, find_onset
+from .onset import Beginning, Bracket, Onset, Stated, answer_bracket, find_onset
 from .quality import clipped_tops, current_drift, dropouts, rest_drift
 from .record import Channel, Forced, Record
 from .saturation import saturated
@@ -27,6 +27,8 @@ _LEAST_READING = 1e-30
 LEAST_CURRENT, LEAST_DISPLACEMENT = 10, 20
 #: Least number of samples before the onset that determines the instrument's offset.
 LEAST_REST = 5
+#: Least change of a run's drive, as a fraction of its largest value, by which it determines an offset.
+_LEVELS = 0.05
 #: Readings at rest stand before the onset by at least this time [s], relative to the record.
 _BEFORE = 1e-12
 
@@ -86,11 +88,11 @@ def prepare(table: Table, onset: Stated = None) -> Record:
         notes.append(Finding("begins-within-run"))
     elif found.beginning == "step" and not found.first:
         notes.append(Finding("onset-assumed", values={"at": found.time}))
-    if int(current.rest.sum()) < LEAST_REST:
+    if not tells_offset(current, drive.drive, found.beginning):
         notes.append(Finding("offset-assumed"))
     step = step_level(drive.drive)
     if step is not None:
-        notes += current_drift(current.time, current.values, step - found.rest)
+        notes += current_drift(current, step - found.rest)
     displacement, missing = _displacement(table, found)
     notes += missing
     if displacement is not None and (~displacement.rest).sum() < LEAST_DISPLACEMENT:
@@ -208,6 +210,12 @@ def _channel(t: Array, values: Array, onset: Onset, between: Bracket) -> Channel
     return Channel(time, values, (bracket[0] - middle, bracket[1] - middle), middle)
 
 
+def tells_offset(channel: Channel, drive: PiecewiseLinear, beginning: Beginning) -> bool:
+    """Return True if readings of a ``channel`` at rest determine its offset, or the levels of a run's drive do."""
+    levels = float(np.ptp(drive.values)) > _LEVELS * float(np.abs(drive.values).max())
+    return int(channel.rest.sum()) >= LEAST_REST or (beginning == "run" and levels)
+
+
 def step_level(drive: PiecewiseLinear) -> float | None:
     """Return the level of a step, whose voltage stays within 5 % of its height; None for another drive."""
     start = float(drive.values[0])
@@ -224,7 +232,7 @@ def _displacement(table: Table, onset: Onset) -> tuple[Channel | None, list[Find
     channel = _channel(table.time[~missing], values[~missing], onset, onset.between)
     stuck, limits = saturated(channel.time, channel.values)
     channel = channel.without(stuck)
-    return channel, [*notes, *limits, *rest_drift(channel.time, channel.values, "displacement", "m")]
+    return channel, [*notes, *limits, *rest_drift(channel, "displacement", "m")]
 
 
 def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> None:

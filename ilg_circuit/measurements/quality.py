@@ -11,6 +11,7 @@ from ..fit.criteria import effective_samples
 from .contact import runs
 from .onset import Beginning, voltage_jumps
 from .passive import PassivePort
+from .record import Channel
 from .smoothing import resolution
 
 #: Least number of neighbouring samples of a clipped top.
@@ -127,15 +128,17 @@ def dropouts(values: Array, quantity: str, unit: str) -> tuple[Mask, tuple[Findi
     return missing, tuple(notes)
 
 
-def current_drift(t: Array, current: Array, step: float) -> tuple[Finding, ...]:
-    """Return findings on a ``current`` [A] that rises again after a step at ``t`` = 0 [s], or has not settled.
+def current_drift(current: Channel, step: float) -> tuple[Finding, ...]:
+    """Return findings on a ``current`` [A] that rises again after a step at 0 s, or has not settled.
 
     Every linear model's current falls monotonically after a step, so a rise is the strip's or the instrument's drift.
+    A drift that the rest shows is not one of them, since it is fitted.
     """
-    after = t >= 0
+    after = ~current.rest
     if after.sum() < _FEWEST:
         return ()
-    time, v = t[after], np.sign(step) * current[after]
+    time, rest = current.time[after], current.at_rest
+    v = np.sign(step) * (current.values[after] - (rest.slope * time if rest.drifts else 0.0))
     peak = float(np.abs(v).max())
     means, errors, middles = _means(time, v)
     if len(means) < 3:
@@ -153,17 +156,13 @@ def current_drift(t: Array, current: Array, step: float) -> tuple[Finding, ...]:
     return ()
 
 
-def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[Finding, ...]:
-    """Return a finding on a drift of ``values`` [SI] before the onset at ``t`` = 0 [s], by a straight line."""
-    rest = t < 0
-    if rest.sum() < 2 * _PARTS:
+def rest_drift(channel: Channel, quantity: str, unit: str) -> tuple[Finding, ...]:
+    """Return a finding on a drift of a ``channel`` [SI] before the onset, by a straight line."""
+    rest = channel.at_rest
+    if rest.count < 2 * _PARTS:
         return ()
-    x, y = t[rest], values[rest]
-    line = np.polynomial.Polynomial.fit(x, y, 1)
-    residuals = y - line(x)
-    moved = float(line(x[-1]) - line(x[0]))
-    error = np.sqrt(12 / effective_samples(residuals)) * float(residuals.std())
-    if abs(moved) > max(_SURE * error, 2 * _WORTH_REPORTING * float(np.ptp(values))):
+    moved = rest.slope * float(np.ptp(channel.time[channel.rest]))
+    if rest.drifts and abs(moved) > 2 * _WORTH_REPORTING * float(np.ptp(channel.values)):
         return (Finding("rest-drifts", values={"quantity": quantity, "drift": moved, "unit": unit}),)
     return ()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,6 +13,7 @@ from ..drive import PiecewiseLinear
 from ..findings import Finding, sentences
 from ..result import Column, Result
 from .onset import Beginning, Bracket
+from .rest import Rest
 from .table import Headers
 from .voltage import MeasuredDrive
 
@@ -33,6 +35,11 @@ class Channel:
     def rest(self) -> Mask:
         """Samples (n,) before the onset."""
         return self.time < 0
+
+    @cached_property
+    def at_rest(self) -> Rest:
+        """The line through the readings before the onset."""
+        return Rest.of(self.time, self.values)
 
     def without(self, samples: Mask) -> Channel:
         """Return the channel without some ``samples`` (n,)."""

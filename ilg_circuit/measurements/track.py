@@ -197,7 +197,7 @@ def moving(track: Track) -> tuple[Channel, tuple[Finding, ...]]:
             f"{track.source}: {int((channel.time >= 0).sum())} readings from where the tip begins to move, at "
             f"{format_quantity(zero, 's', 4)} of its clock; {LEAST_DISPLACEMENT} are needed"
         )
-    notes = [*track.notes, *limits, *rest_drift(channel.time, channel.values, "displacement", "m")]
+    notes = [*track.notes, *limits, *rest_drift(channel, "displacement", "m")]
     if not rests:
         notes.append(Finding("track-without-rest"))
     return channel, tuple(notes)

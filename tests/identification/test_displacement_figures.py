@@ -21,7 +21,6 @@ from ilg_circuit.identification.displacement import DisplacementFit, fit_displac
 from ilg_circuit.identification.displacement_metrics import DisplacementMetrics, displacement_metrics
 from ilg_circuit.identification.motion import DisplacementData
 from ilg_circuit.identification.motion_laws import EC31
-from ilg_circuit.identification.rest import Rest
 from ilg_circuit.measurements.record import Channel
 from ilg_circuit.report.displacement_metrics import metrics_lines
 from ilg_circuit.solve.transient import DEFAULT_ACCURACY
@@ -148,10 +147,14 @@ def test_a_shortened_fit_has_the_whole_record_s_figures_beside_its_own() -> None
     text = found.summary()
     assert "measured to 120 s" in text
     assert "readings less the rest position of 8" in text
-    assert "left out: a rest of 2 s does not determine a drift over" in text
     entry = found.to_dict()["displacement"]["figures"]
     assert entry["measured_over_record"]["final"] == float(found.metrics.record.final)
     assert entry["record_until_s"] == pytest.approx(120.0)
+
+
+def test_a_drift_of_which_the_rest_says_nothing_is_left_out_and_said() -> None:
+    found = identify(made(SHAPES["comes back"], 0.4).measurement(), model="rc", engine="exact")
+    assert "does not determine a drift over" in found.summary()
     assert found.to_dict()["derived"]["displacement_drift"]["held"].startswith("left out")
 
 
@@ -174,9 +177,20 @@ def test_where_the_rest_tells_it_a_drift_is_always_fitted(drift: float) -> None:
 def test_a_drift_that_is_beyond_doubt_is_fitted_however_vague(drift: float) -> None:
     """A rest that knew the slope to a part of itself left it out: the natural frequency was 13 % off, and sure."""
     fit = fitted(paper(15, drift, 1))
-    rest = Rest.of(fit.data.channel)
+    rest = fit.at_rest
     assert 0.4 * rest.slope < rest.half < rest.slope
     assert rest.half * 300.0 > 0.1 * fit.data.size
+    assert fit.data.window == 300.0
+    assert fit.drift == pytest.approx(drift, abs=4 * float(fit.fit.nuisance_errors[1]))
+    assert PAPER.coupling is not None
+    assert fit.fit.values[3] == pytest.approx(PAPER.coupling.natural_frequency, abs=4 * float(fit.fit.errors[3]))
+
+
+@pytest.mark.parametrize("drift", [2e-6, 6e-6])
+def test_a_drift_that_a_short_rest_does_not_tell_is_fitted(drift: float) -> None:
+    """A rest of 12 s before 300 s left a drift out: the natural frequency was 16 % off, and sure."""
+    fit = fitted(paper(12, drift, 1))
+    assert not fit.at_rest.drifts
     assert fit.data.window == 300.0
     assert fit.drift == pytest.approx(drift, abs=4 * float(fit.fit.nuisance_errors[1]))
     assert PAPER.coupling is not None
@@ -193,7 +207,7 @@ def test_a_drift_that_might_be_there_widens_the_intervals() -> None:
     assert found.fit.errors[3] > 1.05 * without.errors[3]
 
 
-@pytest.mark.parametrize("rest", [0, 5, 12])
+@pytest.mark.parametrize("rest", [0, 5, 8])
 def test_a_short_rest_supports_none(rest: int) -> None:
     fit = fitted(paper(rest, 0.0))
     assert fit.drift is None
@@ -232,9 +246,9 @@ def channel(values: Array, step: float = 0.5) -> Channel:
 def test_the_line_through_the_rest(slope: float, position: float, count: int, seed: int) -> None:
     t = 0.5 * np.arange(-count, 0)
     noise = 1e-6 * np.random.default_rng(seed).standard_normal(count)
-    rest = Rest.of(channel(position + slope * t + noise))
+    rest = channel(position + slope * t + noise).at_rest
     expected = np.polynomial.Polynomial.fit(t, position + slope * t + noise, 1).convert().coef
-    assert rest.onset == pytest.approx(expected[0], abs=1e-12)
+    assert rest.position(rest.slope) == pytest.approx(expected[0], abs=1e-12)
     assert rest.slope == pytest.approx(expected[1], abs=1e-12)
     assert rest.length == pytest.approx(0.5 * count)
     assert rest.half > 0
@@ -247,7 +261,7 @@ def test_the_interval_of_its_slope_holds_the_truth() -> None:
     missed = 0
     for seed in range(300):
         values = 1e-6 * np.random.default_rng(seed).standard_normal(24)
-        rest = Rest.of(channel(values))
+        rest = channel(values).at_rest
         missed += abs(rest.slope) > rest.half
     assert missed <= 5
 
@@ -255,20 +269,20 @@ def test_the_interval_of_its_slope_holds_the_truth() -> None:
 def test_readings_that_do_not_change_tell_a_slope_within_a_step_of_the_instrument() -> None:
     values = np.full(20, 3e-3)
     c = channel(values)
-    rest = Rest.of(replace(c, values=np.append(c.values[:-1], 3e-3 + 5e-6)))
+    rest = replace(c, values=np.append(c.values[:-1], 3e-3 + 5e-6)).at_rest
     assert rest.slope == 0
     assert rest.half == pytest.approx(5e-6 / (0.5 * 19))
 
 
 @pytest.mark.parametrize(("count", "end", "span", "told"), [
     (40, 100.0, 1e-2, True),
-    (40, 500.0, 1e-2, False),  # 25 times as long as the rest
+    (40, 5000.0, 1e-2, True),
     (40, 100.0, 1e-5, False),  # the line's end is not known beside so small an answer
     (8, 10.0, 1e-2, False),
 ])  # fmt: skip
 def test_when_it_supports_a_drift(count: int, end: float, span: float, told: bool) -> None:
     values = 1e-6 * np.random.default_rng(3).standard_normal(count)
-    assert Rest.of(channel(values)).supports(end, span) is told
+    assert channel(values).at_rest.supports(end, span) is told
 
 
 # -- the closed form ---------------------------------------------------------------------------------------------------

@@ -1,9 +1,10 @@
-"""Estimates the rest position and its drift from the readings before the onset.
+"""Estimates the level of a quantity at rest, and its drift, from the readings before the onset.
 
 A drift of the instrument and the slow part of d(s) are similar over the record. At rest only the drift changes the
 position. A drift is therefore fitted within the interval of the slope at rest, wherever that interval allows no drift
 as large as the displacement itself, or shows beyond doubt that there is one. It is not left out for being small beside
-its uncertainty: that would make an unknown zero.
+its uncertainty: that would make an unknown zero. The drift of a current is its instrument's; it is fitted where the
+rest shows it beyond doubt.
 """
 
 from __future__ import annotations
@@ -14,11 +15,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..fit.criteria import effective_samples
-from ..measurements.record import Channel
-from ..measurements.smoothing import resolution
+from .smoothing import resolution
 
-#: Longest stretch, in lengths of the rest, over which the rest supports a drift.
-_LONGEST = 20.0
 #: Largest uncertainty of the drift at the end of the stretch, as a fraction of the readings' span.
 _VAGUEST = 1.0
 #: Confidence level of the interval of the slope, three standard errors. A 95 % interval would exclude the true slope
@@ -31,11 +29,11 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Rest:
-    """The line through ``count`` readings over ``length`` [s] before the onset; ``middle`` [m] is their median.
+    """The line through ``count`` readings over ``length`` [s] before the onset; ``middle`` is their median.
 
-    ``mean`` [m] is their mean, at ``center`` [s]; ``slope`` [m/s] the line's slope and ``half`` [m/s] the half-width of
-    the slope's 99.7 % interval, infinite for too few readings. Without readings at rest ``middle`` is the first reading
-    of the record.
+    ``mean`` is their mean, at ``center`` [s]; ``slope`` [1/s times their unit] the line's slope and ``half`` the
+    half-width of the slope's 99.7 % interval, infinite for too few readings. Without readings at rest ``middle`` is
+    the first reading of the record.
     """
 
     count: int
@@ -47,30 +45,35 @@ class Rest:
     half: float
 
     @classmethod
-    def of(cls, channel: Channel) -> Rest:
-        """Return the line through the readings at rest of ``channel``."""
-        t, values = channel.time[channel.rest], channel.values[channel.rest]
+    def of(cls, time: Array, readings: Array) -> Rest:
+        """Return the line through those ``readings`` (n,) that stand before the onset at ``time`` (n,) 0 [s]."""
+        t, values = time[time < 0], readings[time < 0]
         count = len(t)
-        middle = float(np.median(values)) if count else float(channel.values[0])
+        middle = float(np.median(values)) if count else float(readings[0])
         if count < _FEWEST:
             return cls(count, float(-t[0]) if count else 0.0, middle, middle, 0.0, 0.0, np.inf)
-        slope, half = _line(t, values, resolution(channel.values))
+        slope, half = _line(t, values, resolution(readings))
         return cls(count, float(-t[0]), middle, float(values.mean()), float(t.mean()), slope, half)
 
+    @property
+    def drifts(self) -> bool:
+        """True if the readings at rest drift beyond doubt."""
+        return abs(self.slope) > self.half
+
     def supports(self, end: float, span: float) -> bool:
-        """Return True if the rest determines a drift to ``end`` [s] after the onset, of readings over ``span`` [m].
+        """Return True if the rest determines a drift to ``end`` [s] after the onset, of readings over ``span``.
 
         A drift that is beyond doubt is never zero, however vague it is.
         """
         vague = self.half * end > _VAGUEST * span
-        return self.length * _LONGEST >= end and (not vague or abs(self.slope) > self.half)
+        return self.drifts or not vague
 
     def position(self, drift: float) -> float:
-        """Return the position [m] at the onset by the readings at rest, which move by ``drift`` [m/s]."""
+        """Return the level at the onset by the readings at rest, which move by ``drift`` a second."""
         return self.mean - drift * self.center
 
     def nearest(self, slope: float) -> float:
-        """Return ``slope`` [m/s] clipped to the interval of the slope at rest."""
+        """Return ``slope`` clipped to the interval of the slope at rest."""
         return float(np.clip(slope, self.slope - self.half, self.slope + self.half))
 
 
