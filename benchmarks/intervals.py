@@ -85,6 +85,9 @@ GROUPS = {
     "current controlled, onset stated": Group(tuple(FORCED), forced_trial, _truths(FORCED)),
     "displacement": Group(("d(s)",), displacement_trial, _displacement),
     "displacement, onset stated": Group(("d(s)",), partial(displacement_trial, given=True), _displacement),
+    "displacement, rest of 12 s, onset stated": Group(
+        ("d(s)",), partial(displacement_trial, given=True, resting=12), _displacement
+    ),
     "camera": Group(tuple(FILMED), filmed_trial, filmed_truth, (0.93, 1.0)),
     "displacement alone": Group(tuple(ALONE), alone_trial, alone_truth, (0.93, 1.0)),
     "autocorrelated, onset stated": Group(tuple(CORRELATED), correlated_trial, _truths(CORRELATED), (0.90, 0.97)),

@@ -285,14 +285,17 @@ def displacement_truth() -> dict[str, float]:
     return {f"coupling_{name}": float(getattr(coupling, name)) for name in names}
 
 
-def displacement_trial(_: str, *, given: bool = False) -> Trial:
-    """Displacements of the paper's strip after a step to 4 V: 301 samples over 300 s, rest of 60 s, with a drift."""
+def displacement_trial(_: str, *, given: bool = False, resting: int = MOVED_RESTING) -> Trial:
+    """Displacements of the paper's strip after a step to 4 V: 301 samples over 300 s, rest of 60 s, with a drift.
+
+    ``resting`` is another number of samples at rest, one a second.
+    """
     truth = np.array(list(displacement_truth().values()))
     port, motion = lumped_port(PAPER), Motion(PAPER, "static", "exact")
 
     def trial(k: int) -> Drawn:
         random = random_of("displacement", k)
-        clock = Clock.of(MOVED, MOVED_RESTING, MOVED_SPACING, FRACTIONS[k % len(FRACTIONS)])
+        clock = Clock.of(MOVED, resting, MOVED_SPACING, FRACTIONS[k % len(FRACTIONS)])
         volts = replace(PiecewiseLinear.step(MOVED_STEP), rest=float(random.choice(REST_LEVELS)))
         columns = _columns(port, clock, volts, 0.002, random)
         moved = clock.readings(0.0, motion.displacements(volts, clock.after, truth[None])[0])
