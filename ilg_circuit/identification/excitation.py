@@ -19,6 +19,8 @@ _LEAVES, _CLEAR = 1e-3, 6.0
 _EXCITED, _MOST_NOISE = 0.02, 0.1
 #: Most jumps of a voltage, which lie between readings.
 _JUMPS = 2
+#: Least number of readings over which a voltage moves.
+_FEWEST = 8
 #: Most sines; what they may leave of the voltage (rms); least distance of two, in lines of the record.
 _MOST, _LEFT, _APART = 40, 0.1, 2.0
 #: Samples above which a voltage is thinned, and part of its power that may be lost.
@@ -68,6 +70,11 @@ def excitation(t: Array, u: Array, source: str) -> tuple[Sines, ...] | Sweep:
     limit = max(_LEAVES * span, min(_CLEAR * noise, _MOST_NOISE * span))
     first = max(int(np.flatnonzero(np.abs(u - u[0]) > limit)[0]) - 1, 0)
     last = int(np.flatnonzero(np.abs(u - u[-1]) > limit)[-1]) + 2
+    if last - first < _FEWEST:
+        raise InputError(
+            f"{source}: the voltage steps and stays, which excites no frequency by itself; give a record of a sine, a "
+            "chirp or a sum of sines, or fit this one with identify"
+        )
     if len(found := _sines(t[first:last], u[first:last])):
         return (Sines(slice(first, last), found, common_period(found, float(t[last - 1] - t[first]))),)
     crossings = _crossings(t[first:last], u[first:last])

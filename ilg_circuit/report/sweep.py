@@ -121,7 +121,7 @@ def facts(result: SweepResult) -> list[tuple[str, str]]:
 
 
 def figure(result: SweepResult, outputs: tuple[str, ...] = ()) -> Figure:
-    """Return a picture of ``outputs`` (at most six; default: up to four that vary). Raises InputError if none vary."""
+    """Return a picture of ``outputs`` (at most six; default: up to four that vary). Raises InputError without any."""
     with result.to_xarray() as data:
         return dataset_figure(data, outputs)
 
@@ -159,7 +159,7 @@ def dataset_figure(data: Dataset, outputs: tuple[str, ...] = ()) -> Figure:
     """Return the picture of a sweep's dataset, as `figure`. Raises InputError where there is nothing to draw."""
     wanted = outputs or _interesting(data)
     if not wanted:
-        raise InputError("every output is the same for all designs: there is nothing to draw")
+        raise InputError("no design has any of these outputs: there is nothing to draw")
     if len(wanted) > 6:
         raise InputError(f"{len(wanted)} outputs are too many for one picture; draw at most 6")
     chosen = data[list(wanted)].load()
@@ -178,14 +178,16 @@ def dataset_figure(data: Dataset, outputs: tuple[str, ...] = ()) -> Figure:
 
 
 def _interesting(data: Dataset) -> tuple[str, ...]:
-    found = []
+    """Return up to four outputs that vary, the most informative first; where none does, up to four that are known."""
+    found: list[str] = []
+    same: list[str] = []
     for name in (*_PREFERRED, *(str(n) for n in data.data_vars)):
         if name not in data or name in found or name in ("failure", "error") or "time" in data[name].dims:
             continue
         values = data[name].values[np.isfinite(data[name].values)]
-        if len(values) and np.ptp(values) > 1e-9 * np.abs(values).max():
-            found.append(name)
-    return tuple(found[:_MOST_PANELS])
+        if len(values):
+            (found if np.ptp(values) > 1e-9 * np.abs(values).max() else same).append(name)
+    return tuple((found or same)[:_MOST_PANELS])
 
 
 def _axes(data: Dataset) -> list[str]:

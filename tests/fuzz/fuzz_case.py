@@ -16,6 +16,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from types import FrameType
 
@@ -143,6 +144,9 @@ def run_command(seed: int, given: Path) -> Outcome:
         if found.wrong:
             return found
         said = err.getvalue()
+        if found.code != 2 and ("--json", "-") in pairwise(line):  # the text is on stderr, and JSON alone on stdout
+            said = "\n".join(x for x in said.splitlines() if x.startswith(("warning: ", "ilg-circuit: ")))
+            json.loads(out.getvalue())
         wrong = _faults(found.code, out.getvalue(), said, folder, before)
         return replace(found, wrong=wrong, limited=f"stopped by --time-limit after {LIMIT}" in said)
 
