@@ -89,7 +89,7 @@ def test_a_picture_that_fails_leaves_no_figure_open(monkeypatch: pytest.MonkeyPa
     pyplot.close("all")
     vary, outputs = ["thickness=0.3mm:1mm:2"], ("force_final",)
     same = sweep("paper", "step:4V", "300s", vary=vary, outputs=outputs, engine="exact", jobs=1)
-    assert len(same.plot().axes) == 1  # a free tip has no force, whatever the design: that is drawn
+    assert len(same.figure().axes) == 1  # a free tip has no force, whatever the design: that is drawn
     monkeypatch.setattr("ilg_circuit.report.sweep._interesting", lambda _: ())
     with pytest.raises(InputError, match="nothing to draw"):
         same.plot()
