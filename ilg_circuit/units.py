@@ -84,6 +84,10 @@ COMMON = {
         for unit in _PREFIXABLE
     },
     ("cm", "m"): Fraction(1, 100),
+    ("min", "s"): Fraction(60),
+    ("g", "kg"): Fraction(1, 1000),
+    ("mg", "kg"): Fraction(1, 10**6),
+    ("mN/m", "N/m"): Fraction(1, 1000),
 }
 
 
@@ -147,6 +151,8 @@ def scale(unit: str, si_unit: str) -> Fraction:
     radians per second are kept apart (pint holds them equal), because the silent factor 2 pi is the classic slip in
     this field.
     """
+    if unit == si_unit and unit:  # as in every file that the package writes
+        return Fraction(1)
     return COMMON[unit, si_unit] if (unit, si_unit) in COMMON else scale_by_pint(unit, si_unit)
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 from ..errors import InputError
 from ..findings import Finding
-from ..identification.comparison import compare, outside_findings
 from ..measurements.kind import RECORD
 from ..measurements.prepare import prepare
 from ..measurements.read import read_columns
@@ -28,12 +27,14 @@ def compared(
     finding. ``how`` are the options of `identification.comparison.compare`. Raises InputError for other data that are
     no record.
     """
-    if measured is not True:
+    path = _file_of(drive) if measured is True else None
+    if measured is True and (path is None or not path.is_file()):  # a pipe has been read already
+        return (), ()
+    from ..identification.comparison import compare, outside_findings
+
+    if path is None:
         parts = compare(strip, _record(measured, said), until=until, **how)
         return parts, outside_findings(parts)
-    path = _file_of(drive)
-    if path is None or not path.is_file():  # a pipe has been read already
-        return (), ()
     held = read_columns(path, RECORD.drawn("time").told(said))
     if held.get("current") is None or held.get("voltage") is None:
         return (), ()

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from ..arrays import Array
 from .state_space import StateSpace
@@ -93,6 +91,14 @@ def _spread(poles: Numbers) -> Array:
     return np.asarray(fastest / slowest)
 
 
+def _clusters(close: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return the number of the cluster of each pole (s,), of pairs (s, s) that are ``close``."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    return np.asarray(connected_components(csr_array(close), directed=False)[1], dtype=np.intp)
+
+
 def _sharpened(a: Array, poles: Numbers, left: Numbers, shapes: Numbers) -> tuple[Numbers, Numbers, Numbers]:
     """Return poles (s,) and vectors (s, s) of one system whose slow modes are as accurate as its fast ones.
 
@@ -105,7 +111,7 @@ def _sharpened(a: Array, poles: Numbers, left: Numbers, shapes: Numbers) -> tupl
     moving = sizes > np.finfo(float).eps * sizes.max(initial=0.0)
     close = np.abs(poles[:, None] - poles) <= _CLOSE * np.maximum.outer(sizes, sizes)
     shared = np.count_nonzero(close, axis=1) > 1
-    cluster = connected_components(csr_array(close), directed=False)[1] if shared.any() else np.arange(len(poles))
+    cluster = _clusters(close) if shared.any() else np.arange(len(poles))
     apart = cluster[:, None] != cluster
     begun = left, shapes
     for _ in range(_CORRECTIONS):
