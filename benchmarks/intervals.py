@@ -46,6 +46,8 @@ from sets import (
 )
 
 from ilg_circuit.errors import IlgError
+from ilg_circuit.strip.actuator import PAPER
+from ilg_circuit.strip.elements import lumped_port
 
 OUT = Path(__file__).with_name("INTERVALS.md")
 #: Of what the onset moves alone: the least at any of its places, and the most of what it allows and 3.92 errors.
@@ -73,7 +75,8 @@ def _truths(cases: Mapping[str, Case]) -> Callable[[str], dict[str, float]]:
 
 
 def _displacement(_: str) -> dict[str, float]:
-    return displacement_truth()
+    ((resistance, capacitance),) = lumped_port(PAPER).branches
+    return {"dynamic_resistance": resistance, "capacitance": capacitance, **displacement_truth()}
 
 
 _MOVED = ("dynamic_resistance", "capacitance", "resistance_", "total_capacitance")
@@ -83,7 +86,7 @@ GROUPS = {
     "step, onset stated": Group(tuple(STEPS), partial(step_trial, given=True), _truths(STEPS)),
     "levels, onset stated": Group(tuple(LEVELS), level_trial, _truths(LEVELS)),
     "current controlled, onset stated": Group(tuple(FORCED), forced_trial, _truths(FORCED)),
-    "displacement": Group(("d(s)",), displacement_trial, _displacement),
+    "displacement": Group(("d(s)",), displacement_trial, _displacement, moved=_MOVED),
     "displacement, onset stated": Group(("d(s)",), partial(displacement_trial, given=True), _displacement),
     "displacement, rest of 12 s, onset stated": Group(
         ("d(s)",), partial(displacement_trial, given=True, resting=12), _displacement

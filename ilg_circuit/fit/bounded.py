@@ -93,13 +93,15 @@ class BoundedProfile:
         """Return the lengths of intervals below and above the coordinates at the `middle` (n,), with their ``errors``.
 
         ``quantile`` (n,) is Student's. The intervals follow from the joint profile likelihood; ``errors`` are standard
-        errors at the middle, scaled elsewhere by the square roots of the covariances' diagonals. Beside the range that
-        the bounded quantity admits they are shorter, as by Imbens and Manski: the truth has one place in that range.
+        errors at the middle, scaled elsewhere by the square roots of the covariances' diagonals. Beside a range whose
+        places the data do not distinguish they are shorter, as by Imbens and Manski: the truth has one place in it.
+        Where the data distinguish them they are not: the range's ends are then uncertain themselves.
         """
         sizes = np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2))
         at_middle = _between(self.places, sizes, self.middle)
         there = errors * np.divide(sizes, at_middle, out=np.ones_like(sizes), where=at_middle > 0)
-        shorter = _one_sided(np.divide(np.abs(self.range), errors, out=np.zeros_like(errors), where=errors > 0))
+        ranges = np.divide(np.abs(self.range), errors, out=np.zeros_like(errors), where=errors > 0)
+        shorter = _one_sided(ranges) if float(self.deviance.max()) < _FLAT else np.ones_like(errors)
         spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / _LEVEL, 0.0)) * shorter * quantile * there
         inside = self.deviance <= _LEVEL
         middle = _between(self.places, self.coordinates, self.middle)

@@ -112,8 +112,8 @@ class CurrentData:
 
     @property
     def delay(self) -> float | Literal["fit"]:
-        """Delay [s] of the displacement's clock; "fit" for a separate clock, whose delay is unknown."""
-        return "fit" if self.record.own_clock else 0.0
+        """Delay [s] of the displacement's clock; "fit" where it is unknown: of a separate clock, or a late current."""
+        return "fit" if self.record.own_clock or self.record.late else 0.0
 
     @property
     def level(self) -> float | None:

@@ -140,7 +140,13 @@ def _likeliest_delay(
 
 
 def delay_bounds(record: Moving) -> tuple[float, float]:
-    """Return the bounds [s] within which a camera's delay is searched."""
+    """Return the bounds [s] within which a camera's delay is searched.
+
+    Where the current is late, the displacement begins with the voltage, with the current or between them.
+    """
+    if late := record.record.late:
+        most = late + record.record.current.width
+        return -most, most
     most = min(_MOST_DELAY * record.record.duration, _LONGEST_DELAY)
     return -most, most
 

@@ -93,7 +93,7 @@ def prepare(table: Table, onset: Stated = None) -> Record:
     step = step_level(drive.drive)
     if step is not None:
         notes += current_drift(current, step - found.rest)
-    displacement, missing = _displacement(table, found)
+    displacement, missing = _displacement(table, found, mend.late)
     notes += missing
     if displacement is not None and (~displacement.rest).sum() < LEAST_DISPLACEMENT:
         notes.append(Finding("displacement-too-short", values={"needed": LEAST_DISPLACEMENT}))
@@ -223,8 +223,12 @@ def step_level(drive: PiecewiseLinear) -> float | None:
     return start if height and float(np.abs(drive.values - start).max()) <= 0.05 * abs(height) else None
 
 
-def _displacement(table: Table, onset: Onset) -> tuple[Channel | None, list[Finding]]:
-    """Return the displacement without its drop-outs, and findings on it."""
+def _displacement(table: Table, onset: Onset, late: float = 0.0) -> tuple[Channel | None, list[Finding]]:
+    """Return the displacement without its drop-outs, and findings on it.
+
+    Where the current is ``late`` [s], nothing tells whether the strip moved from the voltage's jump or from the
+    current's on: readings between them are left out, being neither at rest nor after the onset.
+    """
     values = table.get("displacement")
     if values is None:
         return None, []
@@ -232,6 +236,8 @@ def _displacement(table: Table, onset: Onset) -> tuple[Channel | None, list[Find
     channel = _channel(table.time[~missing], values[~missing], onset, onset.between)
     stuck, limits = saturated(channel.time, channel.values)
     channel = channel.without(stuck)
+    if late:
+        channel = channel.without(channel.rest & (channel.time > -late - channel.width))
     return channel, [*notes, *limits, *rest_drift(channel, "displacement", "m")]
 
 

@@ -126,6 +126,11 @@ class Record(Result):
         return self.voltage.drive
 
     @property
+    def late(self) -> float:
+        """How long after the voltage's jump the current answers [s], where that is more than one reading, else 0."""
+        return float(next((note.values["late"] for note in self.notes if note.code == "current-late"), 0.0))
+
+    @property
     def duration(self) -> float:
         """Time from the onset to the last sample of the current [s]."""
         return float(self.current.time[-1])

@@ -305,3 +305,20 @@ def test_records_are_fitted_up_to_a_time(tmp_path: Path, run: Run) -> None:
     assert "fitted-until" in codes(found.findings)
     path = write(made, tmp_path / "s.csv")
     assert_one_line(run("identify", str(path), "--until", "1s"), "4 readings of the current up to 1 s", "needs 10")
+
+
+@pytest.mark.parametrize(("rows", "seed"), [(3, 0), (5, 3)])
+def test_a_current_that_is_late_leaves_the_displacement_its_own_time(rows: int, seed: int) -> None:
+    """The strip moved before the current's readings came; R and C were 20 standard errors off, and sure."""
+    made = record(step(), 120.0, 1201, rest=10, displacement=True, noise=2e-3, seed=seed)
+    current = made.columns["current"]
+    late = made.changed(current=np.concatenate([current[:rows], current[:-rows]]))
+    found = identify(late.measurement(), base=PAPER, model="rc", engine="exact")
+    assert "current-late" in codes(found.findings)
+    delay = found.derived["displacement_delay"]
+    assert delay.stderr is not None
+    assert delay.value == pytest.approx(-0.1 * rows, abs=0.1 + 3 * delay.stderr)
+    assert PAPER.coupling is not None
+    truth = {"dynamic_resistance": 19.43635, "coupling_gain": PAPER.coupling.gain, "coupling_zero": PAPER.coupling.zero}
+    truth["coupling_natural_frequency"] = PAPER.coupling.natural_frequency
+    assert_held(found, truth)
