@@ -85,7 +85,8 @@ def _least_largest(matrix: Array, wanted: Array) -> float:
     sides, right = np.block([[matrix, -one], [-matrix, -one]]), np.concatenate([wanted, -wanted])
     cost = np.append(np.zeros(matrix.shape[1]), 1.0)
     bounds = [(-1, 1)] * matrix.shape[1] + [(0, None)]
-    found = linprog(cost, A_ub=sides, b_ub=right, bounds=bounds, method="highs")
+    # where many inputs do as well, the simplex method may go round without end
+    found = linprog(cost, A_ub=sides, b_ub=right, bounds=bounds, method="highs-ipm")
     return float(found.x[-1]) if found.status == 0 else np.inf
 
 

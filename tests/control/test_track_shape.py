@@ -271,3 +271,14 @@ def test_a_file_with_columns_of_segments_drives_them(tmp_path: Path) -> None:
     twice = ilg.simulate(CUT, f"repeat:2,{tmp_path}/own.csv", "10 s", samples=5, engine="exact")
     np.testing.assert_allclose(twice.segments["voltage_1"], [1.0, 1.5, 1.0, 1.5, 2.0], atol=1e-9)
     np.testing.assert_allclose(twice.segments["voltage_2"], 0.0, atol=1e-12)
+
+
+def test_the_soonest_shape_is_found_where_many_voltages_do_as_well() -> None:
+    """The simplex method went round in this programme, whose least error is zero, without end."""
+    four = PAPER.with_(electrodes={"sheet_resistance_1": 0.25, "sheet_resistance_2": 5.0, "segments_1": 4,
+                                   "segments_2": 2, "cells": 4})  # fmt: skip
+    at = np.array([0.0, 5.0, 9.0, 100.0])
+    paths = {"curvature_1": (at, np.array([0.0, 2.0, 0.0, 0.0])), "curvature_4": (at, np.array([0.0, -1.0, 1.0, 1.0]))}
+    tracked = ilg.track(four, {**paths, "angle": (at, np.array([0.0, 0.02, 0.0, 0.0]))}, nodes=20, slew="1 V/s")
+    assert isinstance(tracked, TrackedShape)
+    assert tracked.bound == pytest.approx(6.289, rel=1e-3)
