@@ -8,8 +8,8 @@ emit(result, outputs, inputs=data, writers={"--out": write_actuator})
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
@@ -76,7 +76,7 @@ def emit(
         load_plainly()
     for option, path in outputs.items():
         if path is not None:
-            with _look_of(option), _of_result(option, path):
+            with _look_of(option):
                 _write(made, option, path, writers or {}, shown or {})
     if as_json and isinstance(made, Result):
         say(json.dumps(plain_data(made), indent=2))
@@ -87,17 +87,6 @@ def emit(
     if checks := getattr(made, "checks", ()):
         show_check(checks, err=outputs.get("--json") == STDOUT)
     return made
-
-
-@contextmanager
-def _of_result(option: str, path: Path) -> Iterator[None]:
-    """Raise SolveError for a picture that a result does not give: the arguments were right, and the work is done."""
-    try:
-        yield
-    except InputError as error:
-        if option not in _PICTURES:
-            raise
-        raise SolveError(f"{option} {path} is not written: {error}") from error
 
 
 def _write(
@@ -121,7 +110,11 @@ def _write(
     elif option == "--plot":
         from ..report.axes import save
 
-        save(shown.get(option, Result.figure)(made), path, made.provenance)
+        try:
+            drawn = shown.get(option, Result.figure)(made)
+        except InputError as error:  # the arguments were right, and the work is done
+            raise SolveError(f"{option} {path} is not written: {error}") from error
+        save(drawn, path, made.provenance)
     else:
         from ..report.page import write_page
 

@@ -113,7 +113,12 @@ class CurrentData:
     @property
     def delay(self) -> float | Literal["fit"]:
         """Delay [s] of the displacement's clock; "fit" where it is unknown: of a separate clock, or a late current."""
-        return "fit" if self.record.own_clock or self.record.late else 0.0
+        return "fit" if self.record.own_clock or self.late else 0.0
+
+    @property
+    def late(self) -> float:
+        """How long after the voltage's jump the current answers [s], where that is more than one reading, else 0."""
+        return self.record.late
 
     @property
     def level(self) -> float | None:

@@ -144,10 +144,11 @@ def delay_bounds(record: Moving) -> tuple[float, float]:
 
     Where the current is late, the displacement begins with the voltage, with the current or between them.
     """
-    if late := record.record.late:
-        most = late + record.record.current.width
-        return -most, most
+    moved = record.record.displacement
+    assert moved is not None
     most = min(_MOST_DELAY * record.record.duration, _LONGEST_DELAY)
+    if record.late:
+        most = record.late + moved.width
     return -most, most
 
 

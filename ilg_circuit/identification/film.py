@@ -35,6 +35,7 @@ class FilmData:
     until: float = math.inf
 
     share = 0.0
+    late = 0.0
 
     @property
     def notes(self) -> tuple[Finding, ...]:
