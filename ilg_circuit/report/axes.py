@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import Drive
-from ..errors import InputError, visible
+from ..errors import InputError, SolveError, argument, visible
 from ..files import replacing, require_writable
 from ..provenance import Provenance
 from .look import beside, files, finish, narrow, sized
@@ -144,15 +144,24 @@ def _figure_class() -> Any:
                 words.set_parse_math(False)
                 words.set_usetex(False)
                 words.set_text("\n".join(map(visible, words.get_text().split("\n"))))
+            saving = self.canvas.is_saving()
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+                warnings.filterwarnings("error" if saving else "ignore", "constrained_layout not applied", UserWarning)
                 engine = self.get_layout_engine()
-                if engine and self.axes and self.canvas.is_saving() and "open_group" in vars(renderer):
-                    # before it saves, matplotlib draws once with a renderer that draws nothing, for the layout alone
-                    with contextlib.suppress(ValueError):
-                        engine.execute(self)
-                else:
-                    super().draw(renderer)
+                try:
+                    if engine and self.axes and saving and "open_group" in vars(renderer):
+                        # before it saves, matplotlib draws once with a renderer that draws nothing, for the layout alone
+                        with contextlib.suppress(ValueError):
+                            engine.execute(self)
+                    else:
+                        super().draw(renderer)
+                except UserWarning as collapsed:
+                    width, height = 25.4 * self.get_size_inches()
+                    raise SolveError(
+                        f"a picture of {width:.3g} mm x {height:.3g} mm is too small for its panels; give it a larger "
+                        f"{argument('size')}"
+                    ) from collapsed
 
     return WordsFigure
 
@@ -339,7 +348,8 @@ def require_picture(path: Path) -> None:
 def save(figure: Figure, path: str | Path, provenance: Provenance | None = None) -> None:
     """Write a picture, whole or not at all; the suffix (.png, .pdf, .svg) decides the format.
 
-    The file's metadata hold its ``provenance``. Raises InputError for another suffix or a path that cannot be written.
+    The file's metadata hold its ``provenance``. Raises InputError for another suffix or a path that cannot be written,
+    SolveError for a size that leaves no room for the panels.
     """
     target = Path(path)
     require_picture(target)

@@ -14,8 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from ilg_circuit.drive import PiecewiseLinear
-from ilg_circuit.errors import InputError
-from ilg_circuit.report.axes import COLOURS, blank
+from ilg_circuit.errors import InputError, SolveError
+from ilg_circuit.report.axes import COLOURS, blank, grid, save
 from ilg_circuit.report.look import chosen, look, size_of
 from ilg_circuit.simulation.response import Response, simulate
 from ilg_circuit.strip.actuator import PAPER
@@ -166,3 +166,15 @@ def test_sizes_in_inches() -> None:
     with look(chosen("85mm")):
         assert blank((7.5, 5.0)).get_size_inches() == pytest.approx([85 / 25.4, 3.75])
     assert blank((7.5, 5.0)).get_size_inches() == pytest.approx([7.5, 5.0])
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+def test_a_size_that_leaves_no_room_for_the_panels_is_one_line(tmp_path: Path, suffix: str) -> None:
+    target = tmp_path / f"small.{suffix}"
+    with look(chosen("40mm,20mm")):
+        figure, panels = grid(4, 1, (6.0, 8.0))
+        for panel in panels.flat:
+            panel.set(xlabel="time [s]", ylabel="current [A]", title="a title")
+        with pytest.raises(SolveError, match="40 mm x 20 mm is too small for its panels"):
+            save(figure, target)
+    assert not target.exists()
