@@ -145,16 +145,12 @@ class Strand:
         """The rest and the drift as linear terms (samples, 2)."""
         return np.column_stack([np.ones(len(self.t)), self.t])
 
-    def size(self, end: float) -> float:
-        """Return the span [m] of the readings up to ``end`` [s]."""
-        return float(np.ptp(self.values[self.t <= end]))
-
     def trial(self, law: MotionLaw, end: float, near: Sequence[Array] = (), starts: int = _STARTS) -> Trial | None:
         """Return the fit of a law up to ``end`` [s], of several ``starts`` and the shapes ``near``; None without.
 
         A drift is fitted or held as by `displacement.WindowSearch.attempt`.
         """
-        drift = self.rest.supports(end, self.size(end))
+        drift = self.rest.bounds_drift
         best = self._best(law, end, near, starts, 1 + drift, 0.0)
         if best is None or not drift:
             return best and best[0]

@@ -277,7 +277,7 @@ class WindowSearch:
     def attempt(self, beam: str, end: float, like: Attempt | None = None, tolerance: float = _FINAL) -> Attempt | None:
         """Return the fit up to ``end`` [s], started from the fit ``like`` or the initial guess; None if it fails.
 
-        If the rest supports a drift over that stretch, the drift is fitted. A slope outside the rest's interval is held
+        If the rest bounds a drift, it is fitted. A slope outside the rest's interval is held
         at the interval's end, so that a misfit of d(s) is not taken for drift. A drift once held stays held for this
         beam and stretch.
         """
@@ -289,7 +289,7 @@ class WindowSearch:
             if like is not None and held:
                 data = replace(data, held=like.data.held)
                 return replace(self._fitted(data, motion, None, tolerance, like), wanted=like.wanted)
-            data = replace(data, drift=self.rest.supports(end, data.size))
+            data = replace(data, drift=self.rest.bounds_drift)
             found = self._fitted(data, motion, None, tolerance, like)
             if not self._allowed(found):
                 wanted = float(found.fit.nuisance[1])
@@ -317,7 +317,6 @@ class WindowSearch:
             fitted=data.reference + data.sign * answer + drifting,
             per_volt=data.sign * self.ratio * motion.law.coupling(found.values).static,
             at_rest=self.rest,
-            supported=self.rest.supports(data.window, data.size),
             wanted=best.wanted,
             findings=(),
             bic_gain=bic_gain,

@@ -18,9 +18,8 @@ class DisplacementFit:
 
     ``data`` include the window; ``fitted`` [m] (samples,) is the model at all samples; ``per_volt`` [m/V] the static
     displacement. The fit's residuals cover rest and window. ``at_rest`` is the straight line through the readings at
-    rest, and ``supported`` is True if it determines a drift over the window; ``wanted`` [m/s] is the unconstrained
-    drift, if the rest does not allow it. ``bic_gain`` is the BIC of the static beam minus the BIC of the dynamic beam,
-    None if only one of them could be fitted.
+    rest; ``wanted`` [m/s] is the unconstrained drift, if the rest does not allow it. ``bic_gain`` is the BIC of the
+    static beam minus the BIC of the dynamic beam, None if only one of them could be fitted.
     """
 
     data: DisplacementData
@@ -29,7 +28,6 @@ class DisplacementFit:
     fitted: Array
     per_volt: float
     at_rest: Rest
-    supported: bool
     findings: tuple[Finding, ...]
     wanted: float | None = None
     bic_gain: float | None = None
@@ -53,4 +51,4 @@ class DisplacementFit:
         """Slow linear drift [m/s] in addition to d(s), None if the rest does not support one."""
         if self.data.drift:
             return float(self.fit.nuisance[1])
-        return self.data.held if self.supported else None
+        return self.data.held if self.at_rest.bounds_drift else None

@@ -217,7 +217,7 @@ def _static(own: DisplacementFit, per_volt: float) -> Estimate:
 def _drift(own: DisplacementFit, amounts: Array) -> Estimate:
     if own.data.drift:
         return Estimate(float(amounts[1]), "m/s", float(own.fit.nuisance_errors[1]))
-    if own.supported:
+    if own.at_rest.bounds_drift:
         return Estimate(own.data.held, "m/s", fixed_because="held at the end of the interval at rest")
     rest, over = own.at_rest, format_quantity(own.data.window, "s", 4)
     known = f"a rest of {format_quantity(rest.length, 's', 3)} does not determine a drift over {over}"

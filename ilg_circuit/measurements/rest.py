@@ -1,10 +1,9 @@
 """Estimates the level of a quantity at rest, and its drift, from the readings before the onset.
 
 A drift of the instrument and the slow part of d(s) are similar over the record. At rest only the drift changes the
-position. A drift is therefore fitted within the interval of the slope at rest, wherever that interval allows no drift
-as large as the displacement itself, or shows beyond doubt that there is one. It is not left out for being small beside
-its uncertainty: that would make an unknown zero. The drift of a current is its instrument's; it is fitted where the
-rest shows it beyond doubt.
+position. A drift is therefore fitted, within the interval of the slope at rest. It is not left out for being small
+beside its uncertainty: that would make an unknown zero. The drift of a current is its instrument's; it is fitted where
+the rest shows it beyond doubt.
 """
 
 from __future__ import annotations
@@ -17,8 +16,6 @@ from ..arrays import Array
 from ..fit.criteria import effective_samples
 from .smoothing import resolution
 
-#: Largest uncertainty of the drift at the end of the stretch, as a fraction of the readings' span.
-_VAGUEST = 1.0
 #: Confidence level of the interval of the slope, three standard errors. A 95 % interval would exclude the true slope
 #: for one record in twenty, and a drift held at its end would then bias d(s).
 _LEVEL = 0.997
@@ -60,13 +57,10 @@ class Rest:
         """True if the readings at rest drift beyond doubt."""
         return abs(self.slope) > self.half
 
-    def supports(self, end: float, span: float) -> bool:
-        """Return True if the rest determines a drift to ``end`` [s] after the onset, of readings over ``span``.
-
-        A drift that is beyond doubt is never zero, however vague it is.
-        """
-        vague = self.half * end > _VAGUEST * span
-        return self.drifts or not vague
+    @property
+    def bounds_drift(self) -> bool:
+        """True if there are enough readings at rest for an interval of the drift."""
+        return bool(np.isfinite(self.half))
 
     def position(self, drift: float) -> float:
         """Return the level at the onset by the readings at rest, which move by ``drift`` a second."""

@@ -151,7 +151,7 @@ def _figure_class() -> Any:
                 engine = self.get_layout_engine()
                 try:
                     if engine and self.axes and saving and "open_group" in vars(renderer):
-                        # before it saves, matplotlib draws once with a renderer that draws nothing, for the layout alone
+                        # before it saves, matplotlib draws once with a renderer that draws nothing, for the layout
                         with contextlib.suppress(ValueError):
                             engine.execute(self)
                     else:
