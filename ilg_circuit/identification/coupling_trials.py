@@ -29,8 +29,8 @@ from .start import CouplingSearch
 #: Largest number of readings in the comparison of laws.
 _MOST = 2000
 _STARTS = 3
-#: Ends of a descent: relative change of the sum of squares, evaluations.
-_TOLERANCE, _EVALUATIONS = 1e-7, 80
+#: Ends of a descent: relative change of the sum of squares, and evaluations, of which a flat valley needs many.
+_TOLERANCE, _EVALUATIONS = 1e-7, 400
 _STEP = 1e-4
 #: Ratio of two time constants below which two relaxations are one.
 _DISTINCT = 1.5
