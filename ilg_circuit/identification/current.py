@@ -117,7 +117,7 @@ class CurrentData:
 
     @property
     def late(self) -> float:
-        """How long after the voltage's jump the current answers [s], where that is more than one reading, else 0."""
+        """How late the current answers the voltage's jump [s], where that is more than one reading, else 0."""
         return self.record.late
 
     @property
@@ -138,7 +138,7 @@ class CurrentData:
     def rows(self) -> NDArray[np.intp]:
         """The rows of the record's current that are fitted."""
         rest = self.channel.rest
-        kept = np.ones(len(rest), dtype=bool) if int(rest.sum()) >= LEAST_REST else ~rest
+        kept = np.ones(len(rest), dtype=bool) if self.channel.at_rest.count >= LEAST_REST else ~rest
         kept[list(self.left_out)] = False
         kept &= self.channel.time <= self.until
         return np.flatnonzero(kept) if self.only is None else self.only[kept[self.only]]
@@ -288,7 +288,7 @@ class CurrentData:
     def _start(self, kind: ElectricalModel, held: float) -> Array:
         t, data = self.since, self.data
         rest = self.channel.at_rest
-        offset = rest.position(rest.slope if self.drifts else 0.0) if rest.count else 0.0
+        offset = rest.position(rest.slope if self.drifts else 0.0) if rest.count >= LEAST_REST else 0.0
         stored = self.nuisance[t >= 0, int(self.has_offset) :]
         try:
             return self._model_start(kind, t[t >= 0], data[t >= 0] - offset, held, stored)

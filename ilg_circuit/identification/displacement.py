@@ -148,7 +148,7 @@ def delay_bounds(record: Moving) -> tuple[float, float]:
     assert moved is not None
     most = min(_MOST_DELAY * record.record.duration, _LONGEST_DELAY)
     if record.late:
-        most = record.late + moved.width
+        most = abs(record.late) + moved.width
     return -most, most
 
 
@@ -277,9 +277,8 @@ class WindowSearch:
     def attempt(self, beam: str, end: float, like: Attempt | None = None, tolerance: float = _FINAL) -> Attempt | None:
         """Return the fit up to ``end`` [s], started from the fit ``like`` or the initial guess; None if it fails.
 
-        If the rest bounds a drift, it is fitted. A slope outside the rest's interval is held
-        at the interval's end, so that a misfit of d(s) is not taken for drift. A drift once held stays held for this
-        beam and stretch.
+        If the rest bounds a drift, it is fitted. A slope outside the rest's interval is held at the interval's end, so
+        that a misfit of d(s) is not taken for drift. A drift once held stays held for this beam and stretch.
         """
         if (beam, end) in self.failed:
             return None

@@ -72,8 +72,8 @@ def excitation(t: Array, u: Array, source: str) -> tuple[Sines, ...] | Sweep:
     last = int(np.flatnonzero(np.abs(u - u[-1]) > limit)[-1]) + 2
     if last - first < _FEWEST:
         raise InputError(
-            f"{source}: the voltage steps and stays, which excites no frequency by itself; give a record of a sine, a "
-            "chirp or a sum of sines, or fit this one with identify"
+            f"{source}: the voltage moves within {last - first} readings only, as in a step, which excites no "
+            "frequency by itself; give a record of a sine, a chirp or a sum of sines, or fit this one with identify"
         )
     if len(found := _sines(t[first:last], u[first:last])):
         return (Sines(slice(first, last), found, common_period(found, float(t[last - 1] - t[first]))),)

@@ -213,7 +213,7 @@ def _channel(t: Array, values: Array, onset: Onset, between: Bracket) -> Channel
 def tells_offset(channel: Channel, drive: PiecewiseLinear, beginning: Beginning) -> bool:
     """Return True if readings of a ``channel`` at rest determine its offset, or the levels of a run's drive do."""
     levels = float(np.ptp(drive.values)) > _LEVELS * float(np.abs(drive.values).max())
-    return int(channel.rest.sum()) >= LEAST_REST or (beginning == "run" and levels)
+    return channel.at_rest.count >= LEAST_REST or (beginning == "run" and levels)
 
 
 def step_level(drive: PiecewiseLinear) -> float | None:

@@ -127,7 +127,7 @@ class Record(Result):
 
     @property
     def late(self) -> float:
-        """How long after the voltage's jump the current answers [s], where that is more than one reading, else 0."""
+        """How late the current answers the voltage's jump [s], where that is more than one reading, else 0."""
         return float(next((note.values["late"] for note in self.notes if note.code == "current-late"), 0.0))
 
     @property

@@ -30,7 +30,7 @@ class Rest:
 
     ``mean`` is their mean, at ``center`` [s]; ``slope`` [1/s times their unit] the line's slope and ``half`` the
     half-width of the slope's 99.7 % interval, infinite for too few readings. Without readings at rest ``middle`` is
-    the first reading of the record.
+    the first reading of the record, without any reading zero.
     """
 
     count: int
@@ -46,7 +46,7 @@ class Rest:
         """Return the line through those ``readings`` (n,) that stand before the onset at ``time`` (n,) 0 [s]."""
         t, values = time[time < 0], readings[time < 0]
         count = len(t)
-        middle = float(np.median(values)) if count else float(readings[0])
+        middle = float(np.median(values) if count else readings[0] if len(readings) else 0.0)
         if count < _FEWEST:
             return cls(count, float(-t[0]) if count else 0.0, middle, middle, 0.0, 0.0, np.inf)
         slope, half = _line(t, values, resolution(readings))

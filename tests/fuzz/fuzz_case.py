@@ -146,7 +146,10 @@ def run_command(seed: int, given: Path) -> Outcome:
         said = err.getvalue()
         if found.code != 2 and ("--json", "-") in pairwise(line):  # the text is on stderr, and JSON alone on stdout
             said = "\n".join(x for x in said.splitlines() if x.startswith(("warning: ", "ilg-circuit: ")))
-            json.loads(out.getvalue())
+            try:
+                json.loads(out.getvalue())
+            except ValueError:
+                return replace(found, wrong=f"stdout is not JSON alone: {out.getvalue()[:500]!r}")
         wrong = _faults(found.code, out.getvalue(), said, folder, before)
         return replace(found, wrong=wrong, limited=f"stopped by --time-limit after {LIMIT}" in said)
 

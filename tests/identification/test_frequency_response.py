@@ -136,7 +136,7 @@ SINE = {"time_s": T, "voltage_V": np.sin(0.5 * T), "displacement_mm": np.cos(0.5
         (SINE | {"voltage_V": np.sin(np.expm1(0.05 * T))}, "too short for its lowest frequency"),
         (SINE | {"voltage_V": 0 * T}, "no excitation: the voltage stays at 0 V"),
         ({k: SINE[k] for k in ("time_s", "voltage_V")} | {"current_mA": T}, "the displacement is missing"),
-        (SINE | {"voltage_V": 2.0 * (T > 10)}, "the voltage steps and stays"),
+        (SINE | {"voltage_V": 2.0 * (T > 10)}, "the voltage moves within 2 readings only, as in a step"),
         (SINE | {"voltage_V": np.sign(np.sin(0.5 * T))}, "the voltage jumps 16 times"),
         ({k: v[:75] for k, v in SINE.items()}, "holds 1.5 periods of 12.5. s; two are needed"),
         ({k: v[:9] for k, v in SINE.items()}, "9 readings; a response needs 32"),

@@ -190,6 +190,14 @@ def test_the_voltages_own_onset_is_no_news_of_a_late_contact() -> None:
         prepare(m.table(), onset=4.0)
 
 
+def test_a_displacement_read_only_before_a_late_contact_is_none() -> None:
+    table = measured(T, DRIVES["step"], [(0.0, 2.3)]).noisy(0.002, seed=9).table()
+    only = np.where((table.time > 1.2) & (table.time < 1.8), 1e-3, np.nan)
+    record = prepare(replace(table, columns={**table.columns, "displacement": only}))
+    assert record.displacement is None
+    assert "displacement-too-short" in {note.code for note in record.notes}
+
+
 def test_late_and_lost() -> None:
     record = prepare(measured(T, DRIVES["step"], [(0.0, 2.3), (8.0, 10.0)]).noisy(0.002, seed=10).table())
     assert [note.code for note in told(record)] == ["current-late", "contact-lost"]
