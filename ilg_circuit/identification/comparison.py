@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..circuit.load import Load
+from ..drive import PiecewiseLinear
 from ..errors import InputError, argument
 from ..findings import Finding
 from ..fit.criteria import effective_samples
@@ -17,7 +18,10 @@ from ..simulation.compared import Compared
 from ..simulation.prediction_band import prediction_band
 from ..simulation.response import simulate
 from ..strip.actuator import Actuator
+from .jumps import by_jumps
 
+#: Accuracy of responses with jumps elsewhere.
+_MOVED = 1e-5
 #: Probability of a band, and below which a record outside it is named.
 _BAND, _CHANCE = 0.95, 0.01
 
@@ -35,7 +39,8 @@ def compare(
 ) -> tuple[Compared, ...]:
     """Return current and displacement of a record and their predictions, up to ``until`` [s] in the file's time.
 
-    The voltage is processed as in a fit: jumps lie between readings, levels are averaged. Of a record whose current was
+    The voltage is processed as in a fit: jumps lie between readings, levels are averaged. A ``band`` holds that their
+    places are unknown. Of a record whose current was
     controlled that is the drive, and the voltage is compared. Raises InputError if the
     record begins after ``until``, and the errors of `simulate` and `prediction_band`.
     """
@@ -58,6 +63,15 @@ def compare(
     errors = {}
     if band:
         errors = prediction_band(actuator, drive, times, tip=tip, beam=beam, load=load, engine=engine).stderr
+        known = measurement.voltage if forced is None else forced.drive
+
+        def predict(other: PiecewiseLinear, at: Array) -> dict[str, Array]:
+            moved = simulate(actuator, other, at, tip=tip, beam=beam, load=load, engine=engine, accuracy=_MOVED)
+            return {name: getattr(moved, name) for name in parts}
+
+        width = next(iter(parts.values())).width
+        for name, more in by_jumps(known, width, times, predict).items():
+            errors[name] = np.hypot(errors[name], more)
     found = []
     for name, part in parts.items():
         at = np.searchsorted(times, part.time)

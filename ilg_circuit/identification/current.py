@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Literal
+from functools import cached_property, partial
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
-from ..errors import InputError, argument
+from ..errors import InputError, SolveError, argument
 from ..findings import Finding
 from ..fit.bounded import likeliest
-from ..fit.fitting import fit, fit_near, with_starts
+from ..fit.fitting import at_values, fit, fit_near, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
 from ..measurements.prepare import LEAST_REST, tells_offset
@@ -29,6 +29,7 @@ from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
+from .jumps import placed, unknown
 from .modal import Ports, differences, modal_current_slopes, modal_currents, perturbed, with_slopes
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
 from .start import FewerRelaxations, model_start, thinned
@@ -53,7 +54,7 @@ class CurrentData:
     ``share`` (-0.5 to 0.5) is the position of the onset in the record's bracket, 0 in the middle; ``left_out`` are
     rows of the record's current that are not fitted, such as outliers; ``only`` are the rows of a trial fit, None for
     all. Readings later than ``until`` [s] after the onset are not fitted. ``accuracy`` is the accuracy of a nonlinear
-    model's transients.
+    model's transients. ``places`` [s] are those of the drive's later jumps, see `MeasuredDrive`.
     """
 
     record: Record
@@ -64,6 +65,7 @@ class CurrentData:
     only: NDArray[np.intp] | None = None
     until: float = math.inf
     accuracy: float = _NONLINEAR_ACCURACY
+    places: tuple[float, ...] = ()
 
     quantity = "current"
     unit = "A"
@@ -75,7 +77,7 @@ class CurrentData:
     @cached_property
     def drive(self) -> PiecewiseLinear:
         """The voltage since the onset."""
-        return self.measured.moved(self.share, self.channel.width)
+        return self.measured.moved(self.share, self.onset_width)
 
     def leaving_out(self, rows: NDArray[np.intp]) -> CurrentData:
         """Return the data without more ``rows`` of the record's current."""
@@ -94,15 +96,24 @@ class CurrentData:
     @property
     def measured(self) -> MeasuredDrive:
         """The measured drive."""
-        return self.record.voltage
+        return replace(self.record.voltage, places=self.places)
+
+    @property
+    def onset_width(self) -> float:
+        """Width [s] of the interval of the onset."""
+        return self.channel.width
 
     @property
     def bracketed(self) -> bool:
-        """True if the time of the voltage's jump is known only within a bracket."""
-        return bool(self.channel.width or self.measured.widths.any())
+        """True if what all jumps have in common is known only within their brackets."""
+        return bool(self.channel.width or (self.measured.stated is None and self.measured.widths.any()))
 
-    def at_share(self, share: float) -> CurrentData:
+    def at_share(self, share: float) -> Self:
         return replace(self, share=share)
+
+    def at_places(self, places: Array) -> Self:
+        """Return the data with the drive's later jumps elsewhere in their intervals."""
+        return replace(self, places=tuple(places.tolist()))
 
     @property
     def voltage(self) -> float:
@@ -264,19 +275,42 @@ class CurrentData:
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
-        found = self._individual(kind, held, progress)
+        try:
+            found = self._individual(kind, held, progress)
+            found = self._with_jumps(found, progress)
+        except SolveError:  # the jumps may be too far from where they are shown
+            if not unknown(self):
+                raise
+            moved = self._roughly_placed(kind, held)
+            found = moved._with_jumps(moved._individual(kind, held, progress), progress)
         # a ladder's current determines the onset; a sum of exponentials does not, and the onset stays in the middle
         laddered = kind.linear and found.model.port(found.fit.values, ANY_LADDER).ladder is not None
         if not self.bracketed or not laddered:
             return found
-        few = self._thinned(_ONSET_ROWS)
+        assert isinstance(found.data, CurrentData)
+        few = found.data._thinned(_ONSET_ROWS)
         near = fit_near(port_problem((few,), found.model, (1.0,)), found.fit.values, progress)
         share = likeliest(near, lambda x: port_problem((few.at_share(x),), found.model, (1.0,)), BRACKET)
         if not share:
             return found
-        moved = self.at_share(share)
+        moved = found.data.at_share(share)
         again = fit_near(port_problem((moved,), found.model, (1.0,)), found.fit.values, progress)
         return IndividualFit(moved, found.model, with_starts(again, found.fit.starts))
+
+    def _with_jumps(self, found: IndividualFit, progress: Progress) -> IndividualFit:
+        """Return the fit with the drive's later jumps where the current places them."""
+        if not unknown(self):
+            return found
+        refit = partial(fit_near, progress=progress)
+        placing, (moved,), _ = placed(found.fit, (self,), lambda _, d: d.observation(found.model), (0,), refit)
+        return IndividualFit(moved, found.model, placing)
+
+    def _roughly_placed(self, kind: ElectricalModel, held: float) -> Self:
+        """Return the data with the drive's later jumps where the current places them with a model's starting values."""
+        start = self._start(kind, held)
+        model = PortModel(kind, held, tuple(start.tolist()))
+        begun = at_values(port_problem((self,), model, (1.0,)), start)
+        return placed(begun, (self,), lambda _, d: d.observation(model), (0,), at_values)[1][0]
 
     def rough_residuals(self, kind: ElectricalModel, held: float) -> Array:
         """Return residuals [A] (samples,) of a linear model, fitted from its suggested start alone."""

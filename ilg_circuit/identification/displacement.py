@@ -182,7 +182,7 @@ class WindowSearch:
         end = float(channel.time[-1])
         # data are fitted relative to a reference near rest, so that a large rest position does not dominate
         reference = self.rest.middle if self.rest.count else 0.0
-        measured, source = record.record.voltage, record.source
+        measured, source = replace(record.record.voltage, places=record.places), record.source
         self.base = DisplacementData(
             channel, measured, source, record.voltage, end, reference, record.engine,
             share=record.share, delay=delay, delays=delays, ahead=whole.zero - record.record.onset,

@@ -36,6 +36,7 @@ class FilmData:
 
     share = 0.0
     late = 0.0
+    places = ()
 
     @property
     def notes(self) -> tuple[Finding, ...]:

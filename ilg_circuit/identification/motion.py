@@ -201,20 +201,29 @@ class DisplacementData:
     @property
     def drive(self) -> PiecewiseLinear:
         """The voltage since the onset."""
-        return self.measured.moved(self.share, self._width)
+        return self.measured.moved(self.share, self.onset_width)
 
     @property
-    def _width(self) -> float:
+    def onset_width(self) -> float:
         """Width [s] of the interval of the voltage's onset between readings."""
         return float(self.measured.widths[0]) if self.own_clock else self.channel.width
 
     @property
     def bracketed(self) -> bool:
-        """True if the time of the voltage's jump is known only within a bracket."""
-        return bool(self.measured.widths.any())
+        """True if what all jumps have in common is known only within their brackets."""
+        return bool(self.measured.stated is None and self.measured.widths.any())
 
     def at_share(self, share: float) -> DisplacementData:
         return replace(self, share=share)
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """The places [s] of the drive's later jumps, see `MeasuredDrive`."""
+        return self.measured.places
+
+    def at_places(self, places: Array) -> DisplacementData:
+        """Return the data with the drive's later jumps elsewhere in their intervals."""
+        return replace(self, measured=replace(self.measured, places=tuple(places.tolist())))
 
     def at_delay(self, delay: float) -> DisplacementData:
         """Return the data of a camera whose clock is behind by ``delay`` [s]."""
@@ -231,7 +240,7 @@ class DisplacementData:
     @property
     def late(self) -> float:
         """Delay [s] of the displacement's clock at the onset."""
-        return self.ahead + self.clock.reading(self.delay) - (self.share * self._width if self.own_clock else 0.0)
+        return self.ahead + self.clock.reading(self.delay) - (self.share * self.onset_width if self.own_clock else 0.0)
 
     @property
     def part(self) -> Channel:

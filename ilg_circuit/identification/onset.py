@@ -24,7 +24,9 @@ from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..measurements.record import Channel
 from .clock import MOST_RATE
+from .current import CurrentData
 from .film import Moving
+from .jumps import JumpErrors, errors_of, placed, unknown
 from .motion import DisplacementData
 from .observation_fit import ObservationFit
 from .port_model import BRACKET, BY_TIME, Measured
@@ -109,10 +111,11 @@ class ClockProfile:
 
 @dataclass(frozen=True)
 class Onsets:
-    """The profiles of all uncertain onsets, and of clocks that were fitted."""
+    """The profiles of all uncertain onsets, and of clocks that were fitted, and what places of later jumps add."""
 
     profiles: tuple[OnsetProfile, ...] = ()
     clocks: tuple[ClockProfile, ...] = ()
+    jumps: tuple[JumpErrors, ...] = ()
 
     @property
     def every(self) -> tuple[BoundedProfile, ...]:
@@ -122,7 +125,7 @@ class Onsets:
         """Return the estimates, every standard error and interval widened by the uncertainty of the onsets."""
         from scipy.stats import t as student
 
-        if not self.every:
+        if not (self.every or self.jumps):
             return found
         reported = np.array([found.estimates[label].reported[0] for label in fit.labels])
         quantile = student.ppf(0.975, fit.freedom)
@@ -159,6 +162,9 @@ class Onsets:
         more = np.zeros((2, len(errors)))
         for each in self.every:  # several onsets may all be at the ends of their ranges
             more += np.maximum(np.array(each.of(of).reach(errors, quantile)) - quantile * errors, 0.0)
+        if self.jumps:
+            variances = sum(each.variances(of) for each in self.jumps)
+            more += quantile * (np.sqrt(errors**2 + variances) - errors)
         return more
 
     def told(self, row: ObservationFit) -> ObservationFit:
@@ -171,9 +177,10 @@ class Onsets:
         return replace(row, derived={**row.derived, **told})
 
     def covariance(self, fit: FitResult) -> Array:
-        """Return the covariance (n, n) of the values due to onsets distributed over their admitted ranges."""
-        moves = [p.range * fit.units for p in self.every]
-        return sum((np.outer(m, m) / 12 for m in moves), np.zeros((len(fit.values),) * 2))
+        """Return the covariance (n, n) of the values due to onsets and jumps distributed over their ranges."""
+        moves = [np.outer(p.range, p.range) / 12 for p in self.every]
+        moves += [each.covariance for each in self.jumps]
+        return np.asarray(sum(moves, np.zeros((len(fit.values),) * 2)) * np.outer(fit.units, fit.units))
 
 
 def _with_share(
@@ -207,12 +214,23 @@ def settled(
     """
     profiles: list[OnsetProfile] = []
     moved = list(data)
+    jumps: list[tuple[str, Array]] = []
     for source in dict.fromkeys(d.source for d in data):
         members = [k for k, d in enumerate(data) if d.source == source]
         current = moved[members[0]]
+        if isinstance(current, CurrentData) and unknown(current):
+
+            def observed(k: int, d: CurrentData | DisplacementData, problem: Problem = found.problem) -> Observation:
+                return observe(d, problem.observations[k].sigma)
+
+            jumping = [d for k in members if isinstance(d := moved[k], CurrentData | DisplacementData)]
+            found, there, left = placed(found, jumping, observed, members, partial(fit_near, progress=progress))
+            for k, d in zip(members, there, strict=True):
+                moved[k] = d
+            jumps.append((source, left))
+            current = moved[members[0]]
         if current.channel is None or not current.bracketed:
             continue
-
         at = partial(_with_share, found.problem, tuple(moved), members, observe)
         # beginning within a run, what moved the strip before is not known: its displacement tells no time
         moving = members[1:] if current.channel.width else []
@@ -232,7 +250,8 @@ def settled(
         found, clock = _clock(found, k, observe, d, onset, costly, progress)
         moved[k] = clock.data
         clocks.append(clock)
-    return found, tuple(moved), Onsets(tuple(profiles), tuple(clocks))
+    errors = tuple(errors_of(source, found, left) for source, left in jumps if left.any())
+    return found, tuple(moved), Onsets(tuple(profiles), tuple(clocks), errors)
 
 
 def _tells_onset(data: Measured, residuals: Array) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class VoltageData(CurrentData):
     @property
     def measured(self) -> MeasuredDrive:
         """The current that was forced."""
-        return self._forced.drive
+        return replace(self._forced.drive, places=self.places)
 
     @property
     def voltage(self) -> float:

@@ -19,7 +19,7 @@ from .smoothing import digit, noise_level, resolution
 
 #: Least change of a jump between two samples, as a fraction of the voltage's range; its least ratio to the changes
 #: beside it.
-_JUMP = 0.05
+_JUMP = 0.01
 _JUMP_OVER_NEIGHBOURS = 4.0
 _JUMP_OVER_NOISE = 12.0
 #: Smallest jump, as a fraction of the largest voltage and in steps of the instrument.

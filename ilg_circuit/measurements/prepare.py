@@ -135,7 +135,7 @@ def _forced(table: Table, onset: Stated) -> Record:
     if unknown:
         missing = [*missing, Finding("columns-ignored", values={"columns": unknown})]
     current = _channel(time, forced, found, found.between)
-    measured = MeasuredDrive(answered(voltage, drive.drive), drive.widths)
+    measured = replace(drive, drive=answered(voltage, drive.drive), noise=0.0)
     notes = [*notes, *missing]
     return Record(
         name, found.time, measured, None, current, displacement, tuple(notes), found.beginning,

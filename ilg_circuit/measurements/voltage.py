@@ -21,8 +21,10 @@ _OF_CURRENT_NOISE = 0.1
 _SMOOTH = 0.5
 #: Number of parts into which a sampling interval of a smooth curve is divided.
 _PARTS = 8
-#: Largest fluctuation of the readings of a level, in steps of the instrument.
-_WOBBLE = 2.5
+#: Largest digit of the instrument, as a fraction of the voltage's range.
+_DIGIT = 0.01
+#: Largest fluctuation of the readings of a level, in steps of the instrument, and most changes that are steps.
+_WOBBLE, _FEW_CHANGES = 2.5, 3
 #: Least ratio of current noise to voltage noise, relative to the conductance, and its significance in standard errors,
 #: from which the strip responds to the voltage's noise.
 _ANSWERS, _SURE = 0.3, 6.0
@@ -35,23 +37,35 @@ class MeasuredDrive:
     """The voltage since the onset at 0, jumps in the middle of the intervals [s] in which they were read.
 
     ``widths`` (j,) are the widths of the intervals of all jumps, the onset's first, zero for jumps at a known time;
-    ``noise`` [V] is the noise of the levels.
+    ``noise`` [V] is the noise of the levels. ``stated`` (-0.5 to 0.5) is where jumps are instead, in parts of the
+    interval from its middle, if the onset was stated to be there: an instrument that steps as it samples does so every
+    time. None if it is unknown. ``places`` [s] (j - 1,) are distances of the later jumps from there, none if empty.
     """
 
     drive: PiecewiseLinear
     widths: Array
     noise: float = 0.0
+    places: tuple[float, ...] = ()
+    stated: float | None = None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Distances of the ends of an interval from its jump, in parts of the interval."""
+        return (-0.5 - (self.stated or 0.0), 0.5 - (self.stated or 0.0))
 
     def moved(self, share: float, width: float) -> PiecewiseLinear:
         """Return the drive since an onset at the position ``share`` (-0.5 to 0.5) in a bracket of ``width`` [s].
 
-        The other jumps have the same relative position in their intervals.
+        The other jumps have the same relative position in their intervals, beside their own ``places``.
         """
         drive, onset = self.drive, share * width
-        if not share or not (width or self.widths.any()):
+        if not (share or any(self.places)) or not (width or self.widths.any()):
             return drive
         at = 1 + np.flatnonzero(np.diff(drive.times) == 0)
-        later = self.widths[1:] * max(share, _BEHIND - 0.5)
+        widths = self.widths[1:]
+        later = widths * share + (np.array(self.places) if self.places else 0.0)
+        first, last = self.ends
+        later = np.clip(later, widths * (_BEHIND + first), widths * last)
         times = drive.times - onset
         times[at] += later
         times[at - 1] += later
@@ -78,13 +92,13 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
     share = max(onset.share or 0.0, _BEHIND - 0.5)
     begins = [0.0, *((time[inner - 1] + time[inner]) / 2 + share * widths[1:]).tolist()]
     if onset.share is not None:
-        widths = np.zeros_like(widths)
+        widths[0] = 0.0
     times: list[Array] = []
     values: list[Array] = []
     level_noise = 0.0
     for (start, stop), begin in zip(pairwise(edges), begins, strict=True):
         part, at = v[start:stop], time[start:stop]
-        if not answered and is_level(part):
+        if not answered and is_level(part, _DIGIT * float(np.ptp(u))):
             level_noise = max(level_noise, float(part.std()))
             knots, kept = np.array([begin]), np.array([part.mean()])
         else:
@@ -102,7 +116,7 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
         times.append(knots)
         values.append(kept)
     drive = PiecewiseLinear(np.concatenate(times), np.concatenate(values), "measured voltage", onset.rest)
-    return MeasuredDrive(drive, widths, level_noise)
+    return MeasuredDrive(drive, widths, level_noise, stated=None if onset.share is None else share)
 
 
 def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> bool:
@@ -125,10 +139,11 @@ def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> boo
     return slope > _ANSWERS * conductance and slope > _SURE * error
 
 
-def is_level(u: Array) -> bool:
+def is_level(u: Array, largest_digit: float = np.inf) -> bool:
     """Return True if a voltage (n,) is constant apart from white noise or its last digit, without drift.
 
-    A reading that fluctuates between neighbouring digits is a level, for any pattern.
+    A reading that fluctuates between neighbouring digits is a level, for any pattern of many changes. Steps above
+    ``largest_digit`` [V] are none of the instrument.
     """
     spread = float(np.ptp(u))
     if len(u) < 2 or not spread:
@@ -138,7 +153,8 @@ def is_level(u: Array) -> bool:
         return bool(spread < 1e-3 * abs(u.mean()))
     grain = resolution(u)
     levels = len(np.unique(u))
-    if spread <= _WOBBLE * grain and levels < len(u) / 4:
+    wobbles = np.count_nonzero(np.diff(u)) > _FEW_CHANGES and grain <= largest_digit
+    if wobbles and spread <= _WOBBLE * grain and levels < len(u) / 4:
         return bool(abs(u[:half].mean() - u[half:].mean()) <= grain)
     deviation = u - u.mean()
     variance = float(deviation @ deviation)

@@ -25,7 +25,8 @@ def test_a_stated_onset_says_where_all_jumps_lie(stated: Stated, share: float, r
     onset = (share - 0.5) * 2.0 if rest else 0.0
     assert r.onset == pytest.approx(2.0 * rest + onset)
     assert jumps == pytest.approx(30.0 * np.arange(1, len(jumps) + 1) + (share - 0.5) * 2.0 - onset, abs=1e-5)
-    assert bool(r.voltage.widths.any()) == (stated is None)
+    assert r.voltage.widths[1:] == pytest.approx(2.0)
+    assert (r.voltage.stated is None) == (stated is None)
 
 
 def test_a_time_that_is_stated_without_rest_leaves_the_other_jumps_open() -> None:

@@ -1,0 +1,230 @@
+"""Fits the places of a drive's later jumps, each of which lies between two readings, and carries their errors on.
+
+A jump's place is known within a sampling interval, and evenly likely there. A fit takes it as a normal quantity of that
+standard deviation beside its parameters: the readings after the jump tell it, as far as the model allows, and what
+remains unknown enters the errors. What all places have in common, the onset's among them, is profiled: see `onset`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol, Self, TypeVar
+
+import numpy as np
+
+from ..arrays import Array
+from ..drive import PiecewiseLinear
+from ..fit.fitting import with_starts
+from ..fit.observation import Observation
+from ..fit.problem import Problem
+from ..fit.result import FitResult
+from ..measurements.voltage import MeasuredDrive
+
+#: Most jumps whose places are fitted, and most readings times jumps.
+_MOST_JUMPS, _LARGE = 200, 20_000_000
+#: Step of a place for derivatives, in standard deviations.
+_STEP = 0.3
+#: Effect of all places on the residuals, in their standard deviations, below which no parameter feels it.
+_FELT = 0.1
+#: Most rounds of places and parameters, and the step in standard deviations that ends them.
+_ROUNDS, _SETTLED = 5, 0.05
+#: Signs of moves of neighbouring jumps, by rows orthogonal.
+_SIGNS = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
+#: Singular values below which columns are alike, and least standard deviation of residuals, relative to the largest.
+_SAME, _ROUNDING = 1e-10, 1e-6
+
+
+class Jumping(Protocol):
+    """Data under a drive of uncertain jumps.
+
+    The onset is ``share`` of its interval of ``onset_width`` [s] from the middle, and all later jumps likewise of
+    theirs; ``places`` [s] (j,) are shifts of the later jumps beside that, none if empty.
+    """
+
+    @property
+    def measured(self) -> MeasuredDrive: ...
+    @property
+    def onset_width(self) -> float: ...
+    @property
+    def share(self) -> float: ...
+    @property
+    def places(self) -> tuple[float, ...]: ...
+    @property
+    def data(self) -> Array: ...
+
+    def at_share(self, share: float) -> Self:
+        """Return the data with all jumps elsewhere in their intervals."""
+
+    def at_places(self, places: Array) -> Self:
+        """Return the data with other shifts of the later jumps."""
+
+
+Data = TypeVar("Data", bound=Jumping)
+#: Index among the observations and data -> the observation with a model's prediction.
+Observe = Callable[[int, Data], Observation]
+#: Drive and times [s] (n,) since its onset -> responses (n,) by name.
+Predict = Callable[[PiecewiseLinear, Array], dict[str, Array]]
+#: Problem and values (n,) near its minimum -> its fit.
+Refit = Callable[[Problem, Array], FitResult]
+
+
+@dataclass(frozen=True, eq=False)
+class JumpErrors:
+    """What the unknown places of one file's jumps add to the errors of the ``coordinates`` (n,) of a fit.
+
+    ``moves`` (j, n) are changes of the coordinates by independent quantities of unit variance.
+    """
+
+    source: str
+    coordinates: Array
+    moves: Array
+
+    @property
+    def covariance(self) -> Array:
+        """The covariance (n, n) of the coordinates."""
+        return self.moves.T @ self.moves
+
+    def variances(self, of: Callable[[Array], Array]) -> Array:
+        """Return the variances (m,) of quantities (g, m) that ``of`` computes from coordinates (g, n)."""
+        sets = of(np.vstack([self.coordinates, self.coordinates + self.moves]))
+        return np.asarray(((sets[1:] - sets[0]) ** 2).sum(axis=0))
+
+
+def _widths(data: Jumping) -> Array:
+    """Return the widths [s] (j + 1,) of the intervals of onset and later jumps."""
+    return np.append(data.onset_width, data.measured.widths[1:])
+
+
+def _distances(data: Jumping) -> Array:
+    """Return the distances [s] (j + 1,) of onset and later jumps from where the drive has them."""
+    places = np.array(data.places) if data.places else np.zeros(len(data.measured.widths) - 1)
+    return data.share * _widths(data) + np.append(0.0, places)
+
+
+def _at(data: Data, distances: Array) -> Data:
+    """Return the data with onset and later jumps at ``distances`` [s] (j + 1,) from the middles."""
+    width = data.onset_width
+    share = float(distances[0]) / width if width else data.share
+    return data.at_share(share).at_places(distances[1:] - share * data.measured.widths[1:])
+
+
+def unknown(data: Jumping) -> bool:
+    """Return True if places of later jumps are unknown, and few enough to be fitted."""
+    count = np.count_nonzero(data.measured.widths[1:])
+    return bool(0 < count <= _MOST_JUMPS and count * len(data.data) <= _LARGE)
+
+
+def placed(
+    found: FitResult, data: Sequence[Data], observe: Observe[Data], at: Sequence[int], refit: Refit
+) -> tuple[FitResult, tuple[Data, ...], Array]:
+    """Return the fit with the jumps of one file where its readings place them, its data, and what is unknown.
+
+    The onset is one of the jumps. ``data`` are the file's observations ``at`` these indices of the fit's problem.
+    ``refit``, whose errors are raised, fits the parameters again after the jumps have moved. The last are the changes
+    of the prediction over the sigmas (samples, j) by independent quantities of unit variance.
+    """
+    deviation, places = _widths(data[0]) / np.sqrt(12), _distances(data[0])
+    unit = np.where(deviation > 0, deviation, 1.0)
+    ends = np.sqrt(12) * np.repeat(np.array(data[0].measured.ends)[:, None], len(deviation), axis=1)
+    steps = _inward(places / unit, ends)
+    both = _changes(found, data, observe, at, places, [steps * deviation])
+    if float(np.linalg.norm(both)) < _STEP * _FELT * float(np.sqrt(np.mean(found.residuals**2))):
+        return found, tuple(data), np.zeros((len(found.residuals), 0))
+    for _ in range(_ROUNDS):
+        steps = _inward(places / unit, ends)
+        columns = _changes(found, data, observe, at, places, list(np.diag(steps * deviation))) / steps
+        step, spread = _step(found, columns, places / unit, ends)
+        if float(np.abs(step).max()) < _SETTLED:
+            break
+        places = places + step * unit
+        data = tuple(_at(d, places) for d in data)
+        observations = list(found.problem.observations)
+        for k, d in zip(at, data, strict=True):
+            observations[k] = observe(k, d)
+        problem = replace(found.problem, observations=tuple(observations))
+        found = with_starts(refit(problem, found.values), found.starts)
+    return found, tuple(data), columns @ spread
+
+
+def _inward(places: Array, ends: Array) -> Array:
+    """Return steps (j,) for derivatives from ``places`` (j,) towards the middle between their ``ends`` (2, j)."""
+    return np.where(places > ends.mean(axis=0), -_STEP, _STEP)
+
+
+def _changes(
+    found: FitResult,
+    data: Sequence[Data],
+    observe: Observe[Data],
+    at: Sequence[int],
+    places: Array,
+    moves: Sequence[Array],
+) -> Array:
+    """Return changes of the prediction over the sigmas (samples, m) by ``moves`` [s] of jumps from ``places`` (j,)."""
+    problem = found.problem
+    values = np.concatenate([found.values, list(problem.fixed.values())])
+    changes = np.zeros((len(found.residuals), len(moves)))
+    for k, d in zip(at, data, strict=True):
+        own = values[problem.places[k]][None]
+        before = problem.observations[k].predict(own)[0]
+        for column, move in enumerate(moves):
+            if move.any():
+                after = observe(k, _at(d, places + move)).predict(own)[0]
+                changes[problem.slices[k], column] = (after - before) / problem.observations[k].sigma
+    return changes
+
+
+def _step(found: FitResult, columns: Array, places: Array, ends: Array) -> tuple[Array, Array]:
+    """Return the Gauss-Newton step (j,) of the ``places`` (j,) of unit variance, and a root (j, j) of their covariance.
+
+    ``columns`` (samples, j) are the prediction's derivatives. Every place stays between its ``ends`` (2, j). The
+    parameters are free; every observation's residuals have the variance that parameters and places together leave.
+    """
+    from scipy.optimize import lsq_linear
+
+    whole = np.hstack([found.slopes / np.linalg.norm(found.slopes, axis=0), columns])
+    scale = np.ones(len(found.residuals))
+    rest = found.residuals - whole @ np.linalg.lstsq(whole, found.residuals, rcond=_SAME)[0]
+    for part in found.problem.slices:
+        spare = max(1 - whole.shape[1] / len(rest), 1 / len(rest))
+        scale[part] = max(
+            float(np.sqrt(np.mean(rest[part] ** 2) / spare)), _ROUNDING * float(np.abs(found.residuals[part]).max())
+        )
+    scale[scale == 0] = 1.0
+    basis = np.linalg.qr(found.slopes / scale[:, None])[0]
+    free = columns / scale[:, None]
+    free -= basis @ (basis.T @ free)
+    left = found.residuals / scale
+    values, vectors = np.linalg.eigh(free.T @ free + np.eye(len(places)))
+    root = np.sqrt(values)
+    target = vectors.T @ (free.T @ left - places) / root
+    bounds = (np.minimum(ends[0] - places, -_SAME), np.maximum(ends[1] - places, _SAME))
+    step = lsq_linear(root[:, None] * vectors.T, target, bounds).x
+    return step, vectors / root
+
+
+def by_jumps(measured: MeasuredDrive, onset_width: float, t: Array, predict: Predict) -> dict[str, Array]:
+    """Return the standard deviations (n,) of responses at ``t`` [s] (n,) by unknown places of onset and later jumps.
+
+    ``predict`` gives the responses by name. All jumps move at once, each by a standard deviation in a pattern of signs
+    by which the effects of jumps next to each other do not mix.
+    """
+    widths = np.append(onset_width, measured.widths[1:])
+    if not widths.any():
+        return {}
+    middle = predict(measured.moved(0.0, onset_width), t)
+    squares = {name: np.zeros(len(t)) for name in middle}
+    for signs in _SIGNS:
+        moves = np.resize(signs, len(widths)) * widths / np.sqrt(12) + np.mean(measured.ends) * widths
+        share = float(moves[0]) / onset_width if onset_width else 0.0
+        moved = replace(measured, places=tuple((moves - share * widths)[1:].tolist()))
+        since = np.maximum(t - moves[0], 0.0)
+        at, back = np.unique(np.append(0.0, since), return_inverse=True)
+        for name, values in predict(moved.moved(share, onset_width), at).items():
+            squares[name] += (values[back[1:]] - middle[name]) ** 2 / len(_SIGNS)
+    return {name: np.sqrt(found) for name, found in squares.items()}
+
+
+def errors_of(source: str, found: FitResult, left: Array) -> JumpErrors:
+    """Return what unknown changes of the prediction ``left`` (samples, j), see `placed`, add to a fit's errors."""
+    return JumpErrors(source, found.coordinates, (found.projection @ left / found.units[:, None]).T)
