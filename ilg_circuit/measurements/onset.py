@@ -22,6 +22,8 @@ from .smoothing import digit, noise_level, resolution
 _JUMP = 0.01
 _JUMP_OVER_NEIGHBOURS = 4.0
 _JUMP_OVER_NOISE = 12.0
+#: Number of changes in a row that are a ramp, and the least of them beside the largest.
+_RAMP, _BESIDE = 3, 0.1
 #: Smallest jump, as a fraction of the largest voltage and in steps of the instrument.
 _LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
 #: Largest number of samples at rest that is too small to find their noise.
@@ -142,7 +144,10 @@ def _first_moved(u: Array) -> tuple[int, bool]:
 
 
 def voltage_jumps(u: Array) -> NDArray[np.intp]:
-    """Return the intervals k -> k + 1 in which the voltage ``u`` (n,) jumps, though it is smooth before and after."""
+    """Return the intervals k -> k + 1 in which the voltage ``u`` (n,) jumps, though it is smooth before and after.
+
+    A voltage that changes over several intervals in a row is a ramp, and does not jump.
+    """
     change = np.abs(np.diff(u))
     least = max(
         _JUMP * float(np.ptp(u)),
@@ -153,7 +158,11 @@ def voltage_jumps(u: Array) -> NDArray[np.intp]:
     jumps = []
     for k in np.flatnonzero(change >= least).tolist():
         around = np.r_[change[max(k - 4, 0) : k], change[k + 1 : k + 5]]
-        if len(around) >= 2 and change[k] > _JUMP_OVER_NEIGHBOURS * np.median(around):
+        moves = change[max(k - _RAMP, 0) : k + _RAMP + 1] >= _BESIDE * change[k]
+        here = min(k, _RAMP)
+        before, after = moves[:here][::-1], moves[here + 1 :]
+        steps = 1 + sum(int(np.argmin(np.append(side, False))) for side in (before, after))
+        if len(around) >= 2 and change[k] > _JUMP_OVER_NEIGHBOURS * np.median(around) and steps < _RAMP:
             jumps.append(k)
     return np.array(jumps, dtype=np.intp)
 

@@ -61,9 +61,12 @@ def digit(values: Array) -> float:
     return step if step < _DIGIT * float(np.ptp(values)) else 0.0
 
 
-def smoothed(t: Array, y: Array) -> Smoothed:
-    """Return the smooth ``y`` (n,) at ascending ``t`` (n,), even or not; without white noise it stays unchanged."""
-    noise = noise_level(y)
+def smoothed(t: Array, y: Array, noise: float | None = None) -> Smoothed:
+    """Return the smooth ``y`` (n,) at ascending ``t`` (n,), even or not; without white noise it stays unchanged.
+
+    ``noise`` is the noise's standard deviation, by default its `noise_level`.
+    """
+    noise = noise_level(y) if noise is None else noise
     values, stderr = y.copy(), np.full(len(y), noise)
     chosen = np.ones(len(y), dtype=np.intp)
     if not noise:

@@ -1,0 +1,94 @@
+"""Finds where a measured voltage bends between two readings: a triangle's vertex, a ramp's end, a sine's beginning.
+
+A chord from reading to reading cuts such a kink off. The curves on both sides, continued, meet in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+
+#: Least distance of a curve's continuation from the reading behind the kink, in tolerances and in noise levels.
+_OVER_TOLERANCE, _OVER_NOISE = 4.0, 12.0
+#: Largest next difference of the readings that a curve of order 1, 2, 3 continues: relative to that distance for a
+#: straight line, else to the curve's own last difference.
+_NEXT = (0.1, 0.4, 0.75)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What can be seen of a voltage: a kink's distance [V] from its chord above the ``tolerance``, beyond ``noise``."""
+
+    tolerance: float
+    noise: float = 0.0
+
+    @property
+    def least(self) -> float:
+        """Least distance [V] of a curve's continuation from the reading behind a kink."""
+        return max(_OVER_TOLERANCE * self.tolerance, _OVER_NOISE * self.noise)
+
+
+def with_kinks(t: Array, u: Array, seen: Seen, rest: float | None = None) -> tuple[Array, Array]:
+    """Return times and voltages (m,) with the kinks between samples.
+
+    Parameters
+    ----------
+    t, u
+        Times [s], ascending, and voltages [V] (n,).
+    seen
+        What can be seen of it.
+    rest
+        Level [V] from which the curve starts behind the first sample, None if it does not.
+    """
+    if rest is not None and len(t) > 1:
+        early = t[0] - (t[1] - t[0]) * np.arange(2, 0, -1)
+        times, values = with_kinks(np.append(early, t), np.concatenate([[rest, rest, rest], u[1:]]), seen)
+        return times[2:], np.append(u[0], values[3:])
+    if len(u) < 4:
+        return t, u
+    width = np.diff(t)
+    bends = np.abs(np.diff(np.diff(u) / width))
+    candidates = 1 + np.flatnonzero(np.minimum(bends[:-1], bends[1:]) * width[1:-1] > seen.least)
+    found = [(k + 1, *meeting) for k in candidates.tolist() if (meeting := _meeting(t, u, k, seen))]
+    if not found:
+        return t, u
+    at, times, values = (np.array(column) for column in zip(*found, strict=True))
+    return np.insert(t, at, times), np.insert(u, at, values)
+
+
+def _meeting(t: Array, u: Array, k: int, seen: Seen) -> tuple[float, float] | None:
+    """Return time and voltage at which the curves on both sides of the interval after sample ``k`` meet inside it."""
+    scale = float(t[k + 1] - t[k])
+    left = _continued((t[k::-1][:5] - t[k]) / scale, u[k::-1][:5], 1.0, float(u[k + 1]))
+    right = _continued((t[k + 1 :][:5] - t[k]) / scale, u[k + 1 :][:5], 0.0, float(u[k]))
+    if left is None or right is None or min(abs(left(1.0) - u[k + 1]), abs(right(0.0) - u[k])) < seen.least:
+        return None
+    roots = (left - right).roots()
+    inside = roots[(np.abs(np.imag(roots)) < 1e-9) & (np.real(roots) > 0) & (np.real(roots) < 1)].real
+    if len(inside) != 1:
+        return None
+    x = float(inside[0])
+    value = float(left(x))
+    if abs(value - (u[k] + x * (u[k + 1] - u[k]))) <= seen.tolerance:
+        return None
+    return float(t[k]) + x * scale, value
+
+
+def _continued(x: Array, u: Array, to: float, shown: float) -> np.polynomial.Polynomial | None:
+    """Return the curve through samples ``u`` at ``x``, the nearest first, that leads on; None if they tell none.
+
+    ``shown`` is the sample behind the kink, at ``to``: the curve misses it.
+    """
+    if len(x) < 2:
+        return None
+    differences = [float(np.diff(u[: m + 1], m)[0]) for m in range(len(x))]
+    line = u[0] + (u[1] - u[0]) / (x[1] - x[0]) * (to - x[0])
+    sizes = [abs(float(line) - shown), *(abs(d) for d in differences[2:4])]
+    for order, (size, share) in enumerate(zip(sizes, _NEXT, strict=False), start=1):
+        if order + 1 < len(differences) and abs(differences[order + 1]) <= share * size:
+            points = slice(0, order + 1)
+            return np.polynomial.Polynomial.fit(x[points], u[points], order).convert()
+    return None
