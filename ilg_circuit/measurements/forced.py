@@ -62,6 +62,8 @@ def _scatters(i: Array) -> bool:
     """Return True if readings are a level whose noise is white, as `is_level` says, less strictly for many pieces."""
     half, deviation = len(i) // 2, i - i.mean()
     variance = float(deviation @ deviation)
+    if not variance:
+        return True
     correlation = float(deviation[1:] @ deviation[:-1]) / variance
     shift = abs(float(i[:half].mean() - i[half:].mean())) / np.sqrt(4 * variance) * len(i)
     return bool(abs(correlation) < _ALIKE / np.sqrt(len(i)) and shift < _ALIKE)

@@ -13,9 +13,9 @@ from ..arrays import Array
 
 #: Least distance of a curve's continuation from the reading behind the kink, in tolerances and in noise levels.
 _OVER_TOLERANCE, _OVER_NOISE = 4.0, 12.0
-#: Largest next difference of the readings that a curve of order 1, 2, 3 continues: relative to that distance for a
-#: straight line, else to the curve's own last difference.
-_NEXT = (0.1, 0.4, 0.75)
+#: Largest next difference of the readings that a curve continues, relative to that distance, and relative to the last
+#: difference of a curve of order 1 (any), 2, 3.
+_SMOOTH, _NEXT = 0.1, (np.inf, 0.4, 0.75)
 
 
 @dataclass(frozen=True)
@@ -82,13 +82,14 @@ def _continued(x: Array, u: Array, to: float, shown: float) -> np.polynomial.Pol
 
     ``shown`` is the sample behind the kink, at ``to``: the curve misses it.
     """
-    if len(x) < 2:
-        return None
-    differences = [float(np.diff(u[: m + 1], m)[0]) for m in range(len(x))]
-    line = u[0] + (u[1] - u[0]) / (x[1] - x[0]) * (to - x[0])
-    sizes = [abs(float(line) - shown), *(abs(d) for d in differences[2:4])]
-    for order, (size, share) in enumerate(zip(sizes, _NEXT, strict=False), start=1):
-        if order + 1 < len(differences) and abs(differences[order + 1]) <= share * size:
-            points = slice(0, order + 1)
-            return np.polynomial.Polynomial.fit(x[points], u[points], order).convert()
+    differences = [abs(float(np.diff(u[: m + 1], m)[0])) for m in range(len(x))]
+    for order, share in enumerate(_NEXT, start=1):
+        if order + 1 >= len(differences):
+            return None
+        points, next_one = slice(0, order + 1), differences[order + 1]
+        curve = np.polynomial.Polynomial.fit(x[points], u[points], order).convert()
+        # one step on, a smooth curve misses by about its next difference
+        bends = order > 1 and next_one > share * differences[order]
+        if not bends and next_one <= _SMOOTH * abs(float(curve(to)) - shown):
+            return curve
     return None

@@ -175,6 +175,8 @@ def is_level(u: Array, largest_digit: float = np.inf) -> bool:
         return bool(abs(u[:half].mean() - u[half:].mean()) <= grain)
     deviation = u - u.mean()
     variance = float(deviation @ deviation)
+    if not variance:  # the squares of readings below 1e-162
+        return True
     correlation = float(deviation[1:] @ deviation[:-1]) / variance
     shift = abs(u[:half].mean() - u[half:].mean()) / np.sqrt(variance / len(u) * 4 / len(u))
     return bool(correlation < 3 / np.sqrt(len(u)) and shift < 4)
