@@ -31,6 +31,7 @@ PAGES = {
     "arm": "ARM.md",
     "shape_coverage": "SHAPE.md",
     "couplings": "COUPLINGS.md",
+    "bands": "BANDS.md",
     "sweep": "SWEEP.md",
     "line": "LINE.md",
     "control": "CONTROL.md",
@@ -58,7 +59,7 @@ def main() -> None:
         arguments = (
             [str(sets), "spectrum", "step:rc", "step:rc2", "step:rc3", "autocorrelated, onset stated", "--again"]
             if script == "intervals"
-            else ["--again"] * (script == "couplings")
+            else ["--again"] * (script in ("couplings", "bands"))
         )
         if script == "intervals" and not sets:
             continue
