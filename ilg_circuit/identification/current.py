@@ -29,7 +29,7 @@ from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
-from .jumps import placed, unknown
+from .jumps import placed, too_many, unknown
 from .modal import Ports, differences, modal_current_slopes, modal_currents, perturbed, with_slopes
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
 from .start import FewerRelaxations, model_start, thinned
@@ -72,7 +72,7 @@ class CurrentData:
 
     @property
     def notes(self) -> tuple[Finding, ...]:
-        return self.record.notes
+        return (*self.record.notes, *([Finding("jumps-not-placed")] if too_many(self) else []))
 
     @cached_property
     def drive(self) -> PiecewiseLinear:
@@ -276,13 +276,13 @@ class CurrentData:
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
         try:
-            found = self._individual(kind, held, progress)
-            found = self._with_jumps(found, progress)
+            begun, found = self, self._individual(kind, held, progress)
         except SolveError:  # the jumps may be too far from where they are shown
             if not unknown(self):
                 raise
-            moved = self._roughly_placed(kind, held)
-            found = moved._with_jumps(moved._individual(kind, held, progress), progress)
+            begun = self._roughly_placed(kind, held)
+            found = begun._individual(kind, held, progress)
+        found = begun._with_jumps(found, progress)
         # a ladder's current determines the onset; a sum of exponentials does not, and the onset stays in the middle
         laddered = kind.linear and found.model.port(found.fit.values, ANY_LADDER).ladder is not None
         if not self.bracketed or not laddered:
@@ -302,15 +302,17 @@ class CurrentData:
         if not unknown(self):
             return found
         refit = partial(fit_near, progress=progress)
-        placing, (moved,), _ = placed(found.fit, (self,), lambda _, d: d.observation(found.model), (0,), refit)
-        return IndividualFit(moved, found.model, placing)
+        files = [((self,), (0,))]
+        placing, ((moved, _),), _ = placed(found.fit, files, lambda _, d: d.observation(found.model), refit)
+        return IndividualFit(moved[0], found.model, placing)
 
     def _roughly_placed(self, kind: ElectricalModel, held: float) -> Self:
         """Return the data with the drive's later jumps where the current places them with a model's starting values."""
         start = self._start(kind, held)
         model = PortModel(kind, held, tuple(start.tolist()))
         begun = at_values(port_problem((self,), model, (1.0,)), start)
-        return placed(begun, (self,), lambda _, d: d.observation(model), (0,), at_values)[1][0]
+        ((moved, _),) = placed(begun, [((self,), (0,))], lambda _, d: d.observation(model), at_values)[1]
+        return moved[0]
 
     def rough_residuals(self, kind: ElectricalModel, held: float) -> Array:
         """Return residuals [A] (samples,) of a linear model, fitted from its suggested start alone."""

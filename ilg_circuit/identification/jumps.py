@@ -15,6 +15,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
+from ..errors import SolveError
 from ..fit.fitting import with_starts
 from ..fit.observation import Observation
 from ..fit.problem import Problem
@@ -52,6 +53,8 @@ class Jumping(Protocol):
     def places(self) -> tuple[float, ...]: ...
     @property
     def data(self) -> Array: ...
+    @property
+    def abscissa(self) -> Array: ...
 
     def at_share(self, share: float) -> Self:
         """Return the data with all jumps elsewhere in their intervals."""
@@ -61,6 +64,8 @@ class Jumping(Protocol):
 
 
 Data = TypeVar("Data", bound=Jumping)
+#: The data of one file, and the indices of their observations.
+File = tuple[Sequence[Data], Sequence[int]]
 #: Index among the observations and data -> the observation with a model's prediction.
 Observe = Callable[[int, Data], Observation]
 #: Drive and times [s] (n,) since its onset -> responses (n,) by name.
@@ -71,12 +76,11 @@ Refit = Callable[[Problem, Array], FitResult]
 
 @dataclass(frozen=True, eq=False)
 class JumpErrors:
-    """What the unknown places of one file's jumps add to the errors of the ``coordinates`` (n,) of a fit.
+    """What the unknown places of jumps add to the errors of the ``coordinates`` (n,) of a fit.
 
     ``moves`` (j, n) are changes of the coordinates by independent quantities of unit variance.
     """
 
-    source: str
     coordinates: Array
     moves: Array
 
@@ -111,40 +115,69 @@ def _at(data: Data, distances: Array) -> Data:
 
 def unknown(data: Jumping) -> bool:
     """Return True if places of later jumps are unknown, and few enough to be fitted."""
-    count = np.count_nonzero(data.measured.widths[1:])
-    return bool(0 < count <= _MOST_JUMPS and count * len(data.data) <= _LARGE)
+    return _count(data) > 0 and not too_many(data)
+
+
+def too_many(data: Jumping) -> bool:
+    """Return True if later jumps whose places are unknown are too many to be fitted."""
+    count = _count(data)
+    return count > _MOST_JUMPS or count * len(data.data) > _LARGE
+
+
+def _count(data: Jumping) -> int:
+    """Return the number of later jumps in unknown places before the last reading."""
+    jumps = data.measured.drive.jumps(np.inf)
+    widths = data.measured.widths[1:][: len(jumps)]
+    return int(np.count_nonzero(widths[jumps[: len(widths)] < data.abscissa[-1]]))
 
 
 def placed(
-    found: FitResult, data: Sequence[Data], observe: Observe[Data], at: Sequence[int], refit: Refit
-) -> tuple[FitResult, tuple[Data, ...], Array]:
-    """Return the fit with the jumps of one file where its readings place them, its data, and what is unknown.
+    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], refit: Refit
+) -> tuple[FitResult, tuple[File[Data], ...], Array]:
+    """Return the fit with the jumps of ``files`` where their readings place them, the files, and what is unknown.
 
-    The onset is one of the jumps. ``data`` are the file's observations ``at`` these indices of the fit's problem.
-    ``refit``, whose errors are raised, fits the parameters again after the jumps have moved. The last are the changes
-    of the prediction over the sigmas (samples, j) by independent quantities of unit variance.
+    Onsets are among the jumps. Places of all files are fitted together, since each depends on the others' through the
+    parameters. ``refit`` fits the parameters again after the jumps have moved; where it fails the jumps stay. The last
+    are the changes of the prediction over the sigmas (samples, j) by independent quantities of unit variance.
     """
-    deviation, places = _widths(data[0]) / np.sqrt(12), _distances(data[0])
+    deviation = np.concatenate([_widths(data[0]) / np.sqrt(12) for data, _ in files])
+    places = np.concatenate([_distances(data[0]) for data, _ in files])
     unit = np.where(deviation > 0, deviation, 1.0)
-    ends = np.sqrt(12) * np.repeat(np.array(data[0].measured.ends)[:, None], len(deviation), axis=1)
+    ends = np.hstack([_ends(data[0]) for data, _ in files])
     steps = _inward(places / unit, ends)
-    both = _changes(found, data, observe, at, places, [steps * deviation])
+    both = _changes(found, files, observe, places, [steps * deviation])
     if float(np.linalg.norm(both)) < _STEP * _FELT * float(np.sqrt(np.mean(found.residuals**2))):
-        return found, tuple(data), np.zeros((len(found.residuals), 0))
-    for _ in range(_ROUNDS):
+        return found, tuple(files), np.zeros((len(found.residuals), 0))
+    for last in (*[False] * (_ROUNDS - 1), True):
         steps = _inward(places / unit, ends)
-        columns = _changes(found, data, observe, at, places, list(np.diag(steps * deviation))) / steps
+        columns = _changes(found, files, observe, places, list(np.diag(steps * deviation))) / steps
         step, spread = _step(found, columns, places / unit, ends)
-        if float(np.abs(step).max()) < _SETTLED:
+        if last or float(np.abs(step).max()) < _SETTLED:
             break
-        places = places + step * unit
-        data = tuple(_at(d, places) for d in data)
+        there = _moved(files, places + step * unit)
         observations = list(found.problem.observations)
-        for k, d in zip(at, data, strict=True):
-            observations[k] = observe(k, d)
-        problem = replace(found.problem, observations=tuple(observations))
-        found = with_starts(refit(problem, found.values), found.starts)
-    return found, tuple(data), columns @ spread
+        for data, at in there:
+            for k, d in zip(at, data, strict=True):
+                observations[k] = observe(k, d)
+        try:
+            again = refit(replace(found.problem, observations=tuple(observations)), found.values)
+        except SolveError:
+            break
+        found, files, places = with_starts(again, found.starts), there, places + step * unit
+    return found, tuple(files), columns @ spread
+
+
+def _ends(data: Jumping) -> Array:
+    """Return the bounds (2, j + 1) of `_distances`, in standard deviations: the onset's, and the later jumps'."""
+    later = np.repeat(np.array(data.measured.ends)[:, None], len(data.measured.widths) - 1, axis=1)
+    return np.sqrt(12) * np.hstack([[[-0.5], [0.5]], later])
+
+
+def _moved(files: Sequence[File[Data]], places: Array) -> tuple[File[Data], ...]:
+    """Return the files with their jumps at distances ``places`` [s] (j,), of one file after the other."""
+    counts = [len(data[0].measured.widths) for data, _ in files]
+    parts = np.split(places, np.cumsum(counts)[:-1])
+    return tuple((tuple(_at(d, p) for d in data), at) for (data, at), p in zip(files, parts, strict=True))
 
 
 def _inward(places: Array, ends: Array) -> Array:
@@ -153,24 +186,23 @@ def _inward(places: Array, ends: Array) -> Array:
 
 
 def _changes(
-    found: FitResult,
-    data: Sequence[Data],
-    observe: Observe[Data],
-    at: Sequence[int],
-    places: Array,
-    moves: Sequence[Array],
+    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], places: Array, moves: Sequence[Array]
 ) -> Array:
     """Return changes of the prediction over the sigmas (samples, m) by ``moves`` [s] of jumps from ``places`` (j,)."""
     problem = found.problem
     values = np.concatenate([found.values, list(problem.fixed.values())])
     changes = np.zeros((len(found.residuals), len(moves)))
-    for k, d in zip(at, data, strict=True):
-        own = values[problem.places[k]][None]
-        before = problem.observations[k].predict(own)[0]
-        for column, move in enumerate(moves):
-            if move.any():
-                after = observe(k, _at(d, places + move)).predict(own)[0]
-                changes[problem.slices[k], column] = (after - before) / problem.observations[k].sigma
+    first = 0
+    for data, at in files:
+        here = slice(first, first + len(data[0].measured.widths))
+        first = here.stop
+        for k, d in zip(at, data, strict=True):
+            own = values[problem.places[k]][None]
+            before = problem.observations[k].predict(own)[0]
+            for column, move in enumerate(moves):
+                if move[here].any():
+                    after = observe(k, _at(d, (places + move)[here])).predict(own)[0]
+                    changes[problem.slices[k], column] = (after - before) / problem.observations[k].sigma
     return changes
 
 
@@ -182,7 +214,8 @@ def _step(found: FitResult, columns: Array, places: Array, ends: Array) -> tuple
     """
     from scipy.optimize import lsq_linear
 
-    whole = np.hstack([found.slopes / np.linalg.norm(found.slopes, axis=0), columns])
+    size = np.linalg.norm(found.slopes, axis=0)
+    whole = np.hstack([found.slopes / np.where(size > 0, size, 1.0), columns])
     scale = np.ones(len(found.residuals))
     rest = found.residuals - whole @ np.linalg.lstsq(whole, found.residuals, rcond=_SAME)[0]
     for part in found.problem.slices:
@@ -225,6 +258,6 @@ def by_jumps(measured: MeasuredDrive, onset_width: float, t: Array, predict: Pre
     return {name: np.sqrt(found) for name, found in squares.items()}
 
 
-def errors_of(source: str, found: FitResult, left: Array) -> JumpErrors:
+def errors_of(found: FitResult, left: Array) -> JumpErrors:
     """Return what unknown changes of the prediction ``left`` (samples, j), see `placed`, add to a fit's errors."""
-    return JumpErrors(source, found.coordinates, (found.projection @ left / found.units[:, None]).T)
+    return JumpErrors(found.coordinates, (found.projection @ left / found.units[:, None]).T)

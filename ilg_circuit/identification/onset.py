@@ -214,21 +214,10 @@ def settled(
     """
     profiles: list[OnsetProfile] = []
     moved = list(data)
-    jumps: list[tuple[str, Array]] = []
+    found, moved, left = _placed(found, moved, observe, progress)
     for source in dict.fromkeys(d.source for d in data):
         members = [k for k, d in enumerate(data) if d.source == source]
         current = moved[members[0]]
-        if isinstance(current, CurrentData) and unknown(current):
-
-            def observed(k: int, d: CurrentData | DisplacementData, problem: Problem = found.problem) -> Observation:
-                return observe(d, problem.observations[k].sigma)
-
-            jumping = [d for k in members if isinstance(d := moved[k], CurrentData | DisplacementData)]
-            found, there, left = placed(found, jumping, observed, members, partial(fit_near, progress=progress))
-            for k, d in zip(members, there, strict=True):
-                moved[k] = d
-            jumps.append((source, left))
-            current = moved[members[0]]
         if current.channel is None or not current.bracketed:
             continue
         at = partial(_with_share, found.problem, tuple(moved), members, observe)
@@ -250,8 +239,37 @@ def settled(
         found, clock = _clock(found, k, observe, d, onset, costly, progress)
         moved[k] = clock.data
         clocks.append(clock)
-    errors = tuple(errors_of(source, found, left) for source, left in jumps if left.any())
+    errors = (errors_of(found, left),) if left.any() else ()
     return found, tuple(moved), Onsets(tuple(profiles), tuple(clocks), errors)
+
+
+def _placed(
+    found: FitResult, data: Sequence[Measured], observe: Observe, progress: Progress
+) -> tuple[FitResult, list[Measured], Array]:
+    """Return the fit with jumps where the readings place them, the data, and what that leaves unknown (samples, j).
+
+    The onsets of several files are placed together, too: each depends on the others'.
+    """
+    several = len({d.source for d in data if isinstance(d, CurrentData)}) > 1
+    files = []
+    for source in dict.fromkeys(d.source for d in data):
+        members = [k for k, d in enumerate(data) if d.source == source]
+        first = data[members[0]]
+        if isinstance(first, CurrentData) and (unknown(first) or (several and first.onset_width)):
+            files.append(([d for k in members if isinstance(d := data[k], CurrentData | DisplacementData)], members))
+    if not files:
+        return found, list(data), np.zeros((len(found.residuals), 0))
+    sigmas = [o.sigma for o in found.problem.observations]
+
+    def observed(k: int, d: CurrentData | DisplacementData) -> Observation:
+        return observe(d, sigmas[k])
+
+    found, there, left = placed(found, files, observed, partial(fit_near, progress=progress))
+    moved = list(data)
+    for of_file, at in there:
+        for k, d in zip(at, of_file, strict=True):
+            moved[k] = d
+    return found, moved, left
 
 
 def _tells_onset(data: Measured, residuals: Array) -> bool:

@@ -6,16 +6,20 @@ A chord from reading to reading cuts such a kink off. The curves on both sides, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 
 #: Least distance of a curve's continuation from the reading behind the kink, in tolerances and in noise levels.
 _OVER_TOLERANCE, _OVER_NOISE = 4.0, 12.0
 #: Largest next difference of the readings that a curve continues, relative to that distance, and relative to the last
 #: difference of a curve of order 1 (any), 2, 3.
 _SMOOTH, _NEXT = 0.1, (np.inf, 0.4, 0.75)
+#: Largest difference of sampling intervals that are even, relative to their mean.
+_EVEN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -52,11 +56,33 @@ def with_kinks(t: Array, u: Array, seen: Seen, rest: float | None = None) -> tup
     width = np.diff(t)
     bends = np.abs(np.diff(np.diff(u) / width))
     candidates = 1 + np.flatnonzero(np.minimum(bends[:-1], bends[1:]) * width[1:-1] > seen.least)
+    candidates = candidates[_broken(u, candidates, seen)] if np.ptp(width) < _EVEN * width.mean() else candidates
     found = [(k + 1, *meeting) for k in candidates.tolist() if (meeting := _meeting(t, u, k, seen))]
     if not found:
         return t, u
     at, times, values = (np.array(column) for column in zip(*found, strict=True))
     return np.insert(t, at, times), np.insert(u, at, values)
+
+
+def _broken(u: Array, k: NDArray[np.intp], seen: Seen) -> Mask:
+    """Return where samples in even intervals may have a kink after those of index ``k`` (m,): none of the others has.
+
+    It is what `_continued` asks of both sides, for all at once.
+    """
+    padded = np.concatenate([np.full(4, np.nan), u, np.full(5, np.nan)])
+    broken = np.ones(len(k), dtype=bool)
+    for first, direction in ((k, -1), (k + 1, 1)):
+        side = padded[4 + first[:, None] + direction * np.arange(5)]
+        behind = padded[4 + first - direction]
+        continues = np.zeros(len(k), dtype=bool)
+        for order, share in enumerate(_NEXT, start=1):
+            weights = np.array([(-1) ** m * comb(order + 1, m + 1) for m in range(order + 1)])
+            missed = np.abs(side[:, : order + 1] @ weights - behind)
+            own, following = (np.abs(np.diff(side[:, : n + 1], n)[:, 0]) for n in (order, order + 1))
+            bends = following > share * own if order > 1 else np.zeros(len(k), dtype=bool)
+            continues |= (following <= _SMOOTH * missed) & ~bends & (missed >= seen.least)
+        broken &= continues
+    return broken
 
 
 def _meeting(t: Array, u: Array, k: int, seen: Seen) -> tuple[float, float] | None:
@@ -80,7 +106,7 @@ def _meeting(t: Array, u: Array, k: int, seen: Seen) -> tuple[float, float] | No
 def _continued(x: Array, u: Array, to: float, shown: float) -> np.polynomial.Polynomial | None:
     """Return the curve through samples ``u`` at ``x``, the nearest first, that leads on; None if they tell none.
 
-    ``shown`` is the sample behind the kink, at ``to``: the curve misses it.
+    ``shown`` is the sample on the other side of the interval, at ``to``: a curve that breaks off before misses it.
     """
     differences = [abs(float(np.diff(u[: m + 1], m)[0])) for m in range(len(x))]
     for order, share in enumerate(_NEXT, start=1):

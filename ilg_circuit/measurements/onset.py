@@ -146,9 +146,10 @@ def _first_moved(u: Array) -> tuple[int, bool]:
 def voltage_jumps(u: Array) -> NDArray[np.intp]:
     """Return the intervals k -> k + 1 in which the voltage ``u`` (n,) jumps, though it is smooth before and after.
 
-    A voltage that changes over several intervals in a row is a ramp, and does not jump.
+    A voltage that rises or falls over several intervals in a row is a ramp, and does not jump.
     """
-    change = np.abs(np.diff(u))
+    step = np.diff(u)
+    change = np.abs(step)
     least = max(
         _JUMP * float(np.ptp(u)),
         _LEAST_JUMP * float(np.abs(u).max()),
@@ -158,7 +159,7 @@ def voltage_jumps(u: Array) -> NDArray[np.intp]:
     jumps = []
     for k in np.flatnonzero(change >= least).tolist():
         around = np.r_[change[max(k - 4, 0) : k], change[k + 1 : k + 5]]
-        moves = change[max(k - _RAMP, 0) : k + _RAMP + 1] >= _BESIDE * change[k]
+        moves = step[max(k - _RAMP, 0) : k + _RAMP + 1] * np.sign(step[k]) >= _BESIDE * change[k]
         here = min(k, _RAMP)
         before, after = moves[:here][::-1], moves[here + 1 :]
         steps = 1 + sum(int(np.argmin(np.append(side, False))) for side in (before, after))

@@ -39,7 +39,7 @@ _BEHIND = 1e-6
 class MeasuredDrive:
     """The voltage since the onset at 0, jumps in the middle of the intervals [s] in which they were read.
 
-    ``widths`` (j,) are the widths of the intervals of all jumps, the onset's first, zero for jumps at a known time;
+    ``widths`` (j,) are the widths of the intervals of all jumps, the onset's first, zero for an onset at a known time;
     ``noise`` [V] is the noise of the levels. ``stated`` (-0.5 to 0.5) is where jumps are instead, in parts of the
     interval from its middle, if the onset was stated to be there: an instrument that steps as it samples does so every
     time. None if it is unknown. ``places`` [s] (j - 1,) are distances of the later jumps from there, none if empty.
@@ -65,8 +65,8 @@ class MeasuredDrive:
         if not (share or any(self.places)) or not (width or self.widths.any()):
             return drive
         at = 1 + np.flatnonzero(np.diff(drive.times) == 0)
-        widths = self.widths[1:]
-        later = widths * share + (np.array(self.places) if self.places else 0.0)
+        widths = self.widths[1 : len(at) + 1]  # none of jumps behind the last reading
+        later = widths * share + (np.array(self.places[: len(at)]) if self.places else 0.0)
         first, last = self.ends
         later = np.clip(later, widths * (_BEHIND + first), widths * last)
         times = drive.times - onset

@@ -81,6 +81,8 @@ def test_ramps_of_some_readings_are_no_jumps() -> None:
     # a reading amid an edge is one of an instrument that averages
     edge = np.array([0.0, 0, 0, 0, 0, 0.7, 2.0, 2.0, 2, 2, 2, 2])
     assert voltage_jumps(edge).tolist() == [4, 5]
+    pulse = np.array([0.0, 0, 0, 0, 0, 0, 2, -2, 0, 0, 0, 0, 0, 0])
+    assert voltage_jumps(pulse).tolist() == [5, 6, 7]
     stairs = np.repeat([0.0, 1.0, 2.0], 6)
     assert voltage_jumps(stairs).tolist() == [5, 11]
 
