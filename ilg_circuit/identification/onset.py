@@ -45,11 +45,15 @@ _MIDDLE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class OnsetProfile:
-    """The profile of the onset of one file, whose current is ``channel``; its places are shares of the bracket."""
+    """The profile of the onset of one file, whose current is ``channel``.
+
+    Its places are shares of the bracket beyond the ``start``; several files may have one profile.
+    """
 
     source: str
     channel: Channel
     profile: BoundedProfile
+    start: float = 0.0
 
     @property
     def half(self) -> float:
@@ -61,7 +65,7 @@ class OnsetProfile:
     def estimate(self) -> Estimate:
         """The onset [s] in the file's time; its interval follows from the readings and the fit."""
         low, middle, high = (
-            self.channel.zero + share * self.channel.width
+            self.channel.zero + float(np.clip(self.start + share, *BRACKET)) * self.channel.width
             for share in (self.profile.admitted[0], self.profile.middle, self.profile.admitted[1])
         )
         return Estimate(middle, "s", (high - low) / np.sqrt(12), (low, high))
@@ -119,7 +123,8 @@ class Onsets:
 
     @property
     def every(self) -> tuple[BoundedProfile, ...]:
-        return (*(p.profile for p in self.profiles), *(p for clock in self.clocks for p in clock.every))
+        onsets = {id(p.profile): p.profile for p in self.profiles}
+        return (*onsets.values(), *(p for clock in self.clocks for p in clock.every))
 
     def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
         """Return the estimates, every standard error and interval widened by the uncertainty of the onsets."""
@@ -183,13 +188,31 @@ class Onsets:
         return np.asarray(sum(moves, np.zeros((len(fit.values),) * 2)) * np.outer(fit.units, fit.units))
 
 
-def _with_share(
-    problem: Problem, data: Sequence[Measured], members: Sequence[int], observe: Observe, share: float
+def _at_shift(data: Measured, shift: float) -> Measured:
+    """Return data with the onset ``shift`` parts of its bracket later, within it."""
+    return data.at_share(float(np.clip(data.share + shift, *BRACKET)))
+
+
+def _shifted(
+    problem: Problem, data: Sequence[Measured], members: Sequence[int], observe: Observe, shift: float
 ) -> Problem:
-    """Return the problem with another onset for some ``members`` of its data."""
-    parts = [d.at_share(share) if k in members else d for k, d in enumerate(data)]
+    """Return the problem with other onsets for some ``members`` of its data."""
+    parts = [_at_shift(d, shift) if k in members else d for k, d in enumerate(data)]
     pairs = zip(parts, problem.observations, strict=True)
     return replace(problem, observations=tuple(observe(d, o.sigma) for d, o in pairs))
+
+
+def _bounds(shares: Sequence[float]) -> tuple[float, float]:
+    """Return the bounds of a shift by which at least one of the ``shares`` stays within its bracket."""
+    return BRACKET[0] - max(shares), BRACKET[1] - min(shares)
+
+
+def _telling(members: Sequence[int], data: Sequence[Measured], found: FitResult) -> list[int]:
+    """Return which observations of one file tell its onset: the current, and displacements that are noise."""
+    channel = data[members[0]].channel
+    # beginning within a run, what moved the strip before is not known: its displacement tells no time
+    moving = members[1:] if channel is not None and channel.width else []
+    return [members[0], *(k for k in moving if _tells_onset(data[k], found.residuals_of(k)))]
 
 
 def _with(problem: Problem, k: int, observe: Observe, at: At, place: float) -> Problem:
@@ -215,22 +238,28 @@ def settled(
     profiles: list[OnsetProfile] = []
     moved = list(data)
     found, moved, left = _placed(found, moved, observe, progress)
+    files: dict[str, list[int]] = {}
     for source in dict.fromkeys(d.source for d in data):
         members = [k for k, d in enumerate(data) if d.source == source]
-        current = moved[members[0]]
-        if current.channel is None or not current.bracketed:
-            continue
-        at = partial(_with_share, found.problem, tuple(moved), members, observe)
-        # beginning within a run, what moved the strip before is not known: its displacement tells no time
-        moving = members[1:] if current.channel.width else []
-        telling = [members[0], *(k for k in moving if _tells_onset(moved[k], found.residuals_of(k)))]
-        profile = profile_bounded(found, at, BRACKET, telling, start=current.share, costly=costly)
+        if moved[members[0]].channel is not None and moved[members[0]].bracketed:
+            files[source] = members
+    # files of one instrument may all have their onsets at the same place between two readings: they move together
+    groups = [list(files)] if len(files) > 1 else [[source] for source in files]
+    for group in groups:
+        every = [k for source in group for k in files[source]]
+        telling = [k for source in group for k in _telling(files[source], moved, found)]
+        at = partial(_shifted, found.problem, tuple(moved), every, observe)
+        profile = profile_bounded(found, at, _bounds([moved[k].share for k in every]), telling, costly=costly)
         low, high = profile.admitted
-        if abs(profile.middle - current.share) > _MIDDLE * (high - low):
-            moved = [d.at_share(profile.middle) if k in members else d for k, d in enumerate(moved)]
+        starts = [moved[files[source][0]].share for source in group]
+        if abs(profile.middle) > _MIDDLE * (high - low):
             found = with_starts(fit_near(at(profile.middle), found.values, progress), found.starts)
+            moved = [_at_shift(d, profile.middle) if k in every else d for k, d in enumerate(moved)]
             profile = profile.knowing(profile.middle, found.coordinates)
-        profiles.append(OnsetProfile(source, current.channel, profile))
+        for source, start in zip(group, starts, strict=True):
+            channel = moved[files[source][0]].channel
+            assert channel is not None
+            profiles.append(OnsetProfile(source, channel, profile, start))
     clocks: list[ClockProfile] = []
     for k, d in enumerate(moved):
         if not isinstance(d, DisplacementData) or d.delays is None:
