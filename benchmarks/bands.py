@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from counted import Block, Counts, blocks, joined, options, total, versions
+from counted import Block, Counts, blocks, heading, joined, options, summed, total
 from figure import Figure
 
 from ilg_circuit.arrays import Array
@@ -154,30 +154,21 @@ def outcome(kind: str, k: int) -> Counts:
     return counts
 
 
-def counted(kind: str, first: int, count: int) -> Counts:
-    """Return the counts of ``count`` sets of a kind, from the ``first`` on."""
-    return reduce(joined, (outcome(kind, k) for k in range(first, first + count)))
-
-
 def page(found: list[Block]) -> str:
     """Return the page of what the blocks ``found`` counted."""
-    about = (__doc__ or "").split("\n\n", 2)[2].strip().replace("\n", " ")
-    lines = ["# Bands of predictions", "", about, "", versions(found), ""]
+    lines = heading("Bands of predictions", __doc__, found)
     lines += ["| strip | fitted | quantity | records | readings held | without the misfit | records named |"]
     lines += ["|---|---|---|---|---|---|---|"]
     for kind, how in KINDS.items():
         for quantity, c in total(found, kind).items():
             if isinstance(c, dict):
                 held, plain = c["held"] / c["readings"], c["plain"] / c["readings"]
-                cells = [
-                    how.is_a,
-                    f"{how.model}, {how.law}",
-                    quantity,
-                    f"{c['records']}",
-                    f"{held:.1%}",
-                    f"{plain:.1%}",
-                ]
-                lines.append(f"| {' | '.join(cells)} | {c['named'] / c['records']:.1%} |")
+                cells = [how.is_a, f"{how.model}, {how.law}", quantity, f"{c['records']}"]
+                cells += [f"{share:.1%}" for share in (held, plain, c["named"] / c["records"])]
+                lines.append(f"| {' | '.join(cells)} |")
+    counts = [total(found, kind) for kind in KINDS]
+    lost, refused = (sum(c.get(name, 0) for c in counts) for name in ("no fit", "refused"))
+    lines += ["", f"{lost} strips were not fitted, {refused} records were refused as broken."]
     return "\n".join(lines) + "\n"
 
 
@@ -188,7 +179,7 @@ def main() -> list[Figure]:
     parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(KINDS), help="kinds to measure")
     options(parser)
     given = parser.parse_args()
-    found = blocks("bands", given.kind, given.sets, counted, given)
+    found = blocks("bands", given.kind, given.sets, partial(summed, outcome), given)
     OUT.write_text(page(found), encoding="utf-8")
     figures = []
     for kind in given.kind:

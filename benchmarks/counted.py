@@ -62,6 +62,17 @@ def joined(one: Counts, other: Counts) -> Counts:
     return both
 
 
+def summed(outcome: Callable[[str, int], Counts], kind: str, first: int, count: int) -> Counts:
+    """Return the counts of ``count`` sets of a kind, from the ``first`` on, each of which ``outcome`` counts."""
+    return reduce(joined, (outcome(kind, k) for k in range(first, first + count)))
+
+
+def heading(title: str, document: str | None, found: Iterable[Block]) -> list[str]:
+    """Return a page's first lines: its ``title``, what the script's ``document`` says of the sets, the versions."""
+    about = (document or "").split("\n\n", 2)[2].strip().replace("\n", " ")
+    return [f"# {title}", "", about, "", versions(found), ""]
+
+
 def total(found: Iterable[Block], kind: str) -> Counts:
     """Return the counts of all blocks of a kind."""
     return reduce(joined, (block.counts for block in found if block.kind == kind), {})
@@ -134,8 +145,13 @@ def versions(found: Iterable[Block]) -> str:
 
 
 def _commit() -> str:
-    asked = ["git", "-C", str(FOLDER.parent), "describe", "--always", "--dirty"]
     try:
-        return subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
+        commit, changed = _git("describe", "--always"), _git("status", "--porcelain", "--", "*.py", "*.toml")
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
+    return f"{commit}-dirty" if changed else commit  # counts and pages that are being written change no figure
+
+
+def _git(*asked: str) -> str:
+    whole = ["git", "-C", str(FOLDER.parents[1]), *asked]
+    return subprocess.run(whole, capture_output=True, text=True, check=True).stdout.strip()

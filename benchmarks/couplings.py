@@ -16,11 +16,11 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from dataclasses import replace
-from functools import reduce
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from counted import Block, Counts, blocks, joined, options, total, versions
+from counted import Block, Counts, blocks, heading, options, summed, total
 from figure import Figure
 
 from ilg_circuit.drive import PiecewiseLinear
@@ -107,15 +107,9 @@ def outcome(name: str, k: int) -> Counts:
     return counts
 
 
-def counted(name: str, first: int, count: int) -> Counts:
-    """Return the counts of ``count`` sets of a law, from the ``first`` on."""
-    return reduce(joined, (outcome(name, k) for k in range(first, first + count)))
-
-
 def page(found: list[Block]) -> str:
     """Return the page of what the blocks ``found`` counted."""
-    about = (__doc__ or "").split("\n\n", 2)[2].strip().replace("\n", " ")
-    lines = ["# Recognising the law of bending", "", about, "", versions(found), ""]
+    lines = heading("Recognising the law of bending", __doc__, found)
     lines += ["| law | sets | recognised | taken for | named beside it, of those |", "|---|---|---|---|---|"]
     scores = {name: counts for name in LAWS if (counts := total(found, name))}
     for name, counts in scores.items():
@@ -138,7 +132,7 @@ def main() -> list[Figure]:
     parser.add_argument("--law", nargs="+", choices=LAWS, default=LAWS, help="laws to measure")
     options(parser)
     given = parser.parse_args()
-    found = blocks("couplings", given.law, given.sets, counted, given)
+    found = blocks("couplings", given.law, given.sets, partial(summed, outcome), given)
     OUT.write_text(page(found), encoding="utf-8")
     figures = []
     for name in given.law:

@@ -39,10 +39,10 @@ def compare(
 ) -> tuple[Compared, ...]:
     """Return current and displacement of a record and their predictions, up to ``until`` [s] in the file's time.
 
-    The voltage is processed as in a fit: jumps lie between readings, levels are averaged. A ``band`` holds that their
-    places are unknown. Of a record whose current was
-    controlled that is the drive, and the voltage is compared. Raises InputError if the
-    record begins after ``until``, and the errors of `simulate` and `prediction_band`.
+    The voltage is processed as in a fit: jumps lie between readings, levels are averaged. A ``band`` includes that the
+    places of jumps are unknown. Of a record whose current was controlled that is the drive, and the voltage is
+    compared. Raises InputError if the record begins after ``until``, and the errors of `simulate` and
+    `prediction_band`.
     """
     forced, drive = measurement.forced, measurement.drive
     channels = {"current": measurement.current}

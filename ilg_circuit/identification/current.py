@@ -72,7 +72,8 @@ class CurrentData:
 
     @property
     def notes(self) -> tuple[Finding, ...]:
-        return (*self.record.notes, *([Finding("jumps-not-placed")] if too_many(self) else []))
+        count = too_many(self)
+        return (*self.record.notes, *([Finding("jumps-not-placed", values={"count": count})] if count else []))
 
     @cached_property
     def drive(self) -> PiecewiseLinear:

@@ -160,7 +160,7 @@ def identify(
     port, candidates, findings = _fit_port(ports, model, held, names - set(NAMES), progress)
     findings += [note.about(d.source) for d in films for note in d.notes]
     actuator = _actuator(port, strip, base, sources)
-    records: list[Moving] = [*_with_jumps(ports, port), *films]
+    records: list[Moving] = [*_at_placed_jumps(ports, port), *films]
     coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay, law)
     if port is None and coupling is None:
         raise InputError("; ".join(str(f) for f in about_coupling))
@@ -309,7 +309,7 @@ def _without_outliers(data: tuple[PortData, ...], held: float | None) -> tuple[t
     return tuple(kept), findings
 
 
-def _with_jumps(ports: Sequence[PortData], port: PortFit | None) -> list[CurrentData]:
+def _at_placed_jumps(ports: Sequence[PortData], port: PortFit | None) -> list[CurrentData]:
     """Return the records with the jumps of their drives where the port's fit places them."""
     there = {d.source: d for d in port.data if isinstance(d, CurrentData) and d.places} if port is not None else {}
     records = [d for d in ports if isinstance(d, CurrentData)]

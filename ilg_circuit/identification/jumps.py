@@ -2,7 +2,8 @@
 
 A jump's place is known within a sampling interval, and evenly likely there. A fit takes it as a normal quantity of that
 standard deviation beside its parameters: the readings after the jump tell it, as far as the model allows, and what
-remains unknown enters the errors. What all places have in common, the onset's among them, is profiled: see `onset`.
+remains unknown enters the errors. What all places have in common, the onset's among them, is profiled within its
+interval besides, since an instrument that steps as it samples makes it the same each time: see `onset`.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from ..fit.observation import Observation
 from ..fit.problem import Problem
 from ..fit.result import FitResult
 from ..measurements.voltage import MeasuredDrive
+from .port_model import Measured
 
 #: Most jumps whose places are fitted, and most readings times jumps.
 _MOST_JUMPS, _LARGE = 200, 20_000_000
@@ -36,8 +38,8 @@ _SIGNS = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1
 _SAME, _ROUNDING = 1e-10, 1e-6
 
 
-class Jumping(Protocol):
-    """Data under a drive of uncertain jumps.
+class Jumping(Measured, Protocol):
+    """Measured data under a drive of uncertain jumps.
 
     The onset is ``share`` of its interval of ``onset_width`` [s] from the middle, and all later jumps likewise of
     theirs; ``places`` [s] (j,) are shifts of the later jumps beside that, none if empty.
@@ -48,13 +50,7 @@ class Jumping(Protocol):
     @property
     def onset_width(self) -> float: ...
     @property
-    def share(self) -> float: ...
-    @property
     def places(self) -> tuple[float, ...]: ...
-    @property
-    def data(self) -> Array: ...
-    @property
-    def abscissa(self) -> Array: ...
 
     def at_share(self, share: float) -> Self:
         """Return the data with all jumps elsewhere in their intervals."""
@@ -95,9 +91,14 @@ class JumpErrors:
         return np.asarray(((sets[1:] - sets[0]) ** 2).sum(axis=0))
 
 
-def _widths(data: Jumping) -> Array:
+def _all_widths(measured: MeasuredDrive, onset_width: float) -> Array:
     """Return the widths [s] (j + 1,) of the intervals of onset and later jumps."""
-    return np.append(data.onset_width, data.measured.widths[1:])
+    return np.append(onset_width, measured.widths[1:])
+
+
+def _widths(data: Jumping) -> Array:
+    """Return the widths [s] (j + 1,) of the intervals of the data's jumps, the onset's first."""
+    return _all_widths(data.measured, data.onset_width)
 
 
 def _distances(data: Jumping) -> Array:
@@ -118,10 +119,10 @@ def unknown(data: Jumping) -> bool:
     return _count(data) > 0 and not too_many(data)
 
 
-def too_many(data: Jumping) -> bool:
-    """Return True if later jumps whose places are unknown are too many to be fitted."""
+def too_many(data: Jumping) -> int:
+    """Return the number of later jumps whose places are unknown if they are too many to be fitted, else 0."""
     count = _count(data)
-    return count > _MOST_JUMPS or count * len(data.data) > _LARGE
+    return count if count > _MOST_JUMPS or count * len(data.data) > _LARGE else 0
 
 
 def _count(data: Jumping) -> int:
@@ -242,13 +243,14 @@ def by_jumps(measured: MeasuredDrive, onset_width: float, t: Array, predict: Pre
     ``predict`` gives the responses by name. All jumps move at once, each by a standard deviation in a pattern of signs
     by which the effects of jumps next to each other do not mix.
     """
-    widths = np.append(onset_width, measured.widths[1:])
+    widths = _all_widths(measured, onset_width)
     if not widths.any():
         return {}
     middle = predict(measured.moved(0.0, onset_width), t)
     squares = {name: np.zeros(len(t)) for name in middle}
+    centres = np.append(0.0, np.mean(measured.ends) * widths[1:])  # of the intervals, from where the drive has jumps
     for signs in _SIGNS:
-        moves = np.resize(signs, len(widths)) * widths / np.sqrt(12) + np.mean(measured.ends) * widths
+        moves = np.resize(signs, len(widths)) * widths / np.sqrt(12) + centres
         share = float(moves[0]) / onset_width if onset_width else 0.0
         moved = replace(measured, places=tuple((moves - share * widths)[1:].tolist()))
         since = np.maximum(t - moves[0], 0.0)

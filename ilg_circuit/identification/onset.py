@@ -26,7 +26,7 @@ from ..measurements.record import Channel
 from .clock import MOST_RATE
 from .current import CurrentData
 from .film import Moving
-from .jumps import JumpErrors, errors_of, placed, unknown
+from .jumps import JumpErrors, errors_of, placed, too_many, unknown
 from .motion import DisplacementData
 from .observation_fit import ObservationFit
 from .port_model import BRACKET, BY_TIME, Measured
@@ -284,7 +284,9 @@ def _placed(
     for source in dict.fromkeys(d.source for d in data):
         members = [k for k, d in enumerate(data) if d.source == source]
         first = data[members[0]]
-        if isinstance(first, CurrentData) and (unknown(first) or (several and first.onset_width)):
+        if isinstance(first, CurrentData) and (
+            unknown(first) or (several and first.onset_width and not too_many(first))
+        ):
             files.append(([d for k in members if isinstance(d := data[k], CurrentData | DisplacementData)], members))
     if not files:
         return found, list(data), np.zeros((len(found.residuals), 0))

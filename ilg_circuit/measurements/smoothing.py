@@ -20,6 +20,8 @@ WIDTHS = (1, 5, 9, 17, 33, 65, 129)
 _CONFIDENCE = 2.0
 #: Largest digit of an instrument, as a fraction of the range of the readings.
 _DIGIT = 0.01
+#: Median of the magnitude of a normal variable, in standard deviations.
+_MEDIAN = 0.6745
 #: Number of values that are processed at once, which limits the memory.
 _CHUNK = 1_000_000
 
@@ -43,10 +45,22 @@ def noise_level(values: Array) -> float:
     if len(values) < 16:
         return 0.0
     sixth = np.abs(np.diff(values, 6))
-    # white noise of unit size has sixth differences of size sqrt(924); the median of |x| of a normal x is 0.6745
-    robust = float(np.median(sixth) / 0.6745 / np.sqrt(924))
+    # white noise of unit size has sixth differences of size sqrt(924)
+    robust = float(np.median(sixth) / _MEDIAN / np.sqrt(924))
     # with a coarse resolution more than half of them are zero; a few jumps must not count as noise
     return robust or float(np.sqrt(np.mean(np.sort(sixth)[: int(0.95 * len(sixth))] ** 2) / 924))
+
+
+def noise_beside_kinks(values: Array, last_digit: float) -> float:
+    """Return the standard deviation of the white noise on a signal that varies and may have kinks, in its unit.
+
+    Kinks look like noise in the sixth differences of a smooth curve, curves in the second ones of straight lines: it is
+    the smaller of both. Noise below the ``last_digit`` of the ``values`` (n,) is that of the sixth differences.
+    """
+    smooth = noise_level(values)
+    if smooth <= last_digit:
+        return smooth
+    return min(smooth, float(np.median(np.abs(np.diff(values, 2)))) / _MEDIAN / np.sqrt(6))
 
 
 def resolution(values: Array) -> float:

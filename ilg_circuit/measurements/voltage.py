@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..drive import PiecewiseLinear
 from .kinks import Seen, with_kinks
 from .onset import Onset, voltage_jumps
-from .smoothing import digit, noise_level, resolution, smoothed
+from .smoothing import digit, noise_beside_kinks, resolution, smoothed
 
 #: Deviation of a measured voltage that is neglected, as a fraction of its largest value.
 _NEGLIGIBLE = 1e-6
@@ -20,8 +20,6 @@ _NEGLIGIBLE = 1e-6
 _OF_CURRENT_NOISE = 0.1
 #: Relative difference of neighbouring second differences below which a curve is smooth.
 _SMOOTH = 0.5
-#: Median of the magnitude of a normal variable, in standard deviations.
-_MEDIAN = 0.6745
 #: Number of parts into which a sampling interval of a smooth curve is divided.
 _PARTS = 8
 #: Largest digit of the instrument, as a fraction of the voltage's range.
@@ -105,7 +103,7 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
             level_noise = max(level_noise, float(part.std()))
             knots, kept = np.array([begin]), np.array([part.mean()])
         else:
-            noise_here = _noise(part, digit(u))
+            noise_here = noise_beside_kinks(part, digit(u))
             curve = part if answered else smoothed(at, part, noise_here).values
             seen = Seen(allowed, noise_here)
             still = onset.rest if not times and onset.first and not onset.jumps else None
@@ -123,17 +121,6 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
         values.append(kept)
     drive = PiecewiseLinear(np.concatenate(times), np.concatenate(values), "measured voltage", onset.rest)
     return MeasuredDrive(drive, widths, level_noise, stated=None if onset.share is None else share)
-
-
-def _noise(u: Array, last_digit: float) -> float:
-    """Return the standard deviation of the white noise of a voltage (n,) that varies, and may have kinks.
-
-    Kinks look like noise in the sixth differences of a smooth curve, curves in the second ones of straight lines.
-    """
-    smooth = noise_level(u)
-    if smooth <= last_digit:
-        return smooth
-    return min(smooth, float(np.median(np.abs(np.diff(u, 2)))) / _MEDIAN / np.sqrt(6))
 
 
 def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> bool:

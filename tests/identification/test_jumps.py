@@ -204,4 +204,6 @@ def test_many_jumps_are_told() -> None:
     still = np.zeros((~on).sum())
     table = {"time": t, "voltage": np.append(still, run.voltage), "current": np.append(still, run.current)}
     found = identify(prepare(Table(table, "record.csv"), "first-level"), model="rc", engine="exact")
-    assert "jumps-not-placed" in codes(found.findings)
+    (told,) = (f for f in found.findings if f.code == "jumps-not-placed")
+    assert 200 < told.values["count"] <= 230
+    assert "too often for their places" in str(told)
