@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
-from ..measurements.onset import voltage_jumps
+from ..measurements.jumps import voltage_jumps
 from ..measurements.smoothing import noise_level
 from ..units import format_quantity
 

@@ -15,7 +15,8 @@ from itertools import product
 import numpy as np
 
 from ..arrays import Array, Mask
-from .onset import Beginning, Onset, voltage_jumps
+from .jumps import voltage_jumps
+from .onset import Beginning, Onset
 from .passive import Passive, PassivePort
 from .smoothing import digit, noise_level, resolution
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
-from .onset import voltage_jumps
+from .jumps import voltage_jumps
 from .record import Channel
 from .smoothing import noise_level
 from .table import Table

@@ -10,7 +10,8 @@ from ..errors import InputError
 from ..findings import Finding
 from ..units import format_quantity
 from .contact import Break, Seen, breaks, runs, seen
-from .onset import Onset, answer_bracket, voltage_jumps
+from .jumps import voltage_jumps
+from .onset import Onset, answer_bracket
 from .passive import PassivePort
 from .table import Table
 

@@ -10,22 +10,13 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import InputError
 from ..fit.criteria import effective_samples
-from .smoothing import digit, noise_level, resolution
+from .jumps import voltage_jumps
+from .smoothing import noise_level, resolution
 
-#: Least change of a jump between two samples, as a fraction of the voltage's range; its least ratio to the changes
-#: beside it.
-_JUMP = 0.01
-_JUMP_OVER_NEIGHBOURS = 4.0
-_JUMP_OVER_NOISE = 12.0
-#: Number of changes in a row that are a ramp, and the least of them beside the largest.
-_RAMP, _BESIDE = 3, 0.1
-#: Smallest jump, as a fraction of the largest voltage and in steps of the instrument.
-_LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
 #: Largest number of samples at rest that is too small to find their noise.
 _FEW = 10
 #: Test for a decaying current: order of the polynomial; least difference of its ends in standard errors by the
@@ -141,31 +132,6 @@ def _first_moved(u: Array) -> tuple[int, bool]:
     if quiet[: len(rest) // 3].mean() < 0.8:
         return 0, False  # it moves from its first sample on: there is no rest in the record
     return int(np.flatnonzero(quiet)[-1]) + 1, False
-
-
-def voltage_jumps(u: Array) -> NDArray[np.intp]:
-    """Return the intervals k -> k + 1 in which the voltage ``u`` (n,) jumps, though it is smooth before and after.
-
-    A voltage that rises or falls over several intervals in a row is a ramp, and does not jump.
-    """
-    step = np.diff(u)
-    change = np.abs(step)
-    least = max(
-        _JUMP * float(np.ptp(u)),
-        _LEAST_JUMP * float(np.abs(u).max()),
-        _JUMP_OVER_RESOLUTION * digit(u),
-        _JUMP_OVER_NOISE * float(np.median(change)) if len(change) else 0.0,
-    )
-    jumps = []
-    for k in np.flatnonzero(change >= least).tolist():
-        around = np.r_[change[max(k - 4, 0) : k], change[k + 1 : k + 5]]
-        moves = step[max(k - _RAMP, 0) : k + _RAMP + 1] * np.sign(step[k]) >= _BESIDE * change[k]
-        here = min(k, _RAMP)
-        before, after = moves[:here][::-1], moves[here + 1 :]
-        steps = 1 + sum(int(np.argmin(np.append(side, False))) for side in (before, after))
-        if len(around) >= 2 and change[k] > _JUMP_OVER_NEIGHBOURS * np.median(around) and steps < _RAMP:
-            jumps.append(k)
-    return np.array(jumps, dtype=np.intp)
 
 
 def _rests(current: Array) -> bool:

@@ -9,7 +9,8 @@ from ..drive import PiecewiseLinear
 from ..findings import Finding
 from ..fit.criteria import effective_samples
 from .contact import runs
-from .onset import Beginning, voltage_jumps
+from .jumps import voltage_jumps
+from .onset import Beginning
 from .passive import PassivePort
 from .record import Channel
 from .smoothing import resolution

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
+from .jumps import staircase, voltage_jumps
 from .kinks import Seen, with_kinks
-from .onset import Onset, voltage_jumps
+from .onset import Onset
 from .smoothing import digit, noise_beside_kinks, resolution, smoothed
 
 #: Deviation of a measured voltage that is neglected, as a fraction of its largest value.
@@ -24,6 +25,8 @@ _SMOOTH = 0.5
 _PARTS = 8
 #: Largest digit of the instrument, as a fraction of the voltage's range.
 _DIGIT = 0.01
+#: Number of readings that are too few to tell a level by its noise.
+_SHORT = 20
 #: Largest fluctuation of the readings of a level, in steps of the instrument, and most changes that are steps.
 _WOBBLE, _FEW_CHANGES = 2.5, 3
 #: Least ratio of current noise to voltage noise, relative to the conductance, and its significance in standard errors,
@@ -86,7 +89,7 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
     largest = float(np.abs(u).max())
     allowed = _OF_CURRENT_NOISE * noise / conductance if conductance else 0.0
     allowed = max(allowed, _NEGLIGIBLE * largest)
-    jumps = voltage_jumps(u)
+    jumps, within = voltage_jumps(u), staircase(u)[1]
     inner = jumps[jumps >= first] + 1 - first
     edges = [0, *inner.tolist(), len(v)]
     widths = np.array([onset.between[1] - onset.between[0], *(time[inner] - time[inner - 1])])
@@ -99,7 +102,8 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
     level_noise = 0.0
     for (start, stop), begin in zip(pairwise(edges), begins, strict=True):
         part, at = v[start:stop], time[start:stop]
-        if not answered and is_level(part, _DIGIT * float(np.ptp(u))):
+        stands = len(part) < _SHORT and float(np.ptp(part)) <= within
+        if not answered and (stands or is_level(part, _DIGIT * float(np.ptp(u)))):
             level_noise = max(level_noise, float(part.std()))
             knots, kept = np.array([begin]), np.array([part.mean()])
         else:
@@ -153,7 +157,7 @@ def is_level(u: Array, largest_digit: float = np.inf) -> bool:
     if len(u) < 2 or not spread:
         return True
     half = len(u) // 2
-    if len(u) < 20:
+    if len(u) < _SHORT:
         return bool(spread < 1e-3 * abs(u.mean()))
     grain = resolution(u)
     levels = len(np.unique(u))

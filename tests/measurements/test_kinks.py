@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from ilg_circuit.arrays import Array
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.identification import identify
+from ilg_circuit.measurements.jumps import voltage_jumps
 from ilg_circuit.measurements.kinks import Seen, with_kinks
-from ilg_circuit.measurements.onset import voltage_jumps
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.table import Table
