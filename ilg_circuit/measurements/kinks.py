@@ -5,6 +5,7 @@ A chord from reading to reading cuts such a kink off. The curves on both sides, 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import comb
 
@@ -18,8 +19,17 @@ _OVER_TOLERANCE, _OVER_NOISE = 4.0, 12.0
 #: Largest next difference of the readings that a curve continues, relative to that distance, and relative to the last
 #: difference of a curve of order 1 (any), 2, 3.
 _SMOOTH, _NEXT = 0.1, (np.inf, 0.4, 0.75)
+#: Factor by which a sine or an exponential must tell the next reading better than a polynomial to be preferred.
+_CLEARLY = 3.0
+#: Number of samples on each side that tell a sine or an exponential.
+_LONG = 6
+#: Number of points among which the meeting of two curves is looked for.
+_POINTS = 33
 #: Largest difference of sampling intervals that are even, relative to their mean.
 _EVEN = 1e-3
+
+#: Position in an interval -> voltage [V].
+Curve = Callable[[float], float]
 
 
 @dataclass(frozen=True)
@@ -69,11 +79,11 @@ def _broken(u: Array, k: NDArray[np.intp], seen: Seen) -> Mask:
 
     It is what `_continued` asks of both sides, for all at once.
     """
-    padded = np.concatenate([np.full(4, np.nan), u, np.full(5, np.nan)])
+    padded = np.concatenate([np.full(_LONG, np.nan), u, np.full(_LONG, np.nan)])
     broken = np.ones(len(k), dtype=bool)
     for first, direction in ((k, -1), (k + 1, 1)):
-        side = padded[4 + first[:, None] + direction * np.arange(5)]
-        behind = padded[4 + first - direction]
+        side = padded[_LONG + first[:, None] + direction * np.arange(_LONG)]
+        behind = padded[_LONG + first - direction]
         continues = np.zeros(len(k), dtype=bool)
         for order, share in enumerate(_NEXT, start=1):
             weights = np.array([(-1) ** m * comb(order + 1, m + 1) for m in range(order + 1)])
@@ -81,6 +91,12 @@ def _broken(u: Array, k: NDArray[np.intp], seen: Seen) -> Mask:
             own, following = (np.abs(np.diff(side[:, : n + 1], n)[:, 0]) for n in (order, order + 1))
             bends = following > share * own if order > 1 else np.zeros(len(k), dtype=bool)
             continues |= (following <= _SMOOTH * missed) & ~bends & (missed >= seen.least)
+        d = np.diff(side, axis=1).T
+        with np.errstate(all="ignore"):
+            ratio = (d[0] + d[2]) / d[1]
+            missed = np.abs(side[:, 0] - (ratio * d[0] - d[1]) - behind)
+            errors = np.abs([ratio * d[m] - d[m - 1] - d[m + 1] for m in (2, 3)]).max(axis=0)
+            continues |= (errors <= _SMOOTH * missed) & (missed >= seen.least)
         broken &= continues
     return broken
 
@@ -88,34 +104,79 @@ def _broken(u: Array, k: NDArray[np.intp], seen: Seen) -> Mask:
 def _meeting(t: Array, u: Array, k: int, seen: Seen) -> tuple[float, float] | None:
     """Return time and voltage at which the curves on both sides of the interval after sample ``k`` meet inside it."""
     scale = float(t[k + 1] - t[k])
-    left = _continued((t[k::-1][:5] - t[k]) / scale, u[k::-1][:5], 1.0, float(u[k + 1]))
-    right = _continued((t[k + 1 :][:5] - t[k]) / scale, u[k + 1 :][:5], 0.0, float(u[k]))
+    left = _continued((t[k::-1][:_LONG] - t[k]) / scale, u[k::-1][:_LONG], 1.0, float(u[k + 1]))
+    right = _continued((t[k + 1 :][:_LONG] - t[k]) / scale, u[k + 1 :][:_LONG], 0.0, float(u[k]))
     if left is None or right is None or min(abs(left(1.0) - u[k + 1]), abs(right(0.0) - u[k])) < seen.least:
         return None
-    roots = (left - right).roots()
-    inside = roots[(np.abs(np.imag(roots)) < 1e-9) & (np.real(roots) > 0) & (np.real(roots) < 1)].real
-    if len(inside) != 1:
+    x = _root(lambda x: left(x) - right(x))
+    if x is None:
         return None
-    x = float(inside[0])
     value = float(left(x))
     if abs(value - (u[k] + x * (u[k + 1] - u[k]))) <= seen.tolerance:
         return None
     return float(t[k]) + x * scale, value
 
 
-def _continued(x: Array, u: Array, to: float, shown: float) -> np.polynomial.Polynomial | None:
+def _root(of: Curve) -> float | None:
+    """Return the only root of a function between 0 and 1, None if there is none, or more than one."""
+    from scipy.optimize import brentq
+
+    x = np.linspace(0.0, 1.0, _POINTS)
+    signs = np.sign([of(float(at)) for at in x])
+    changes = np.flatnonzero(signs[1:] * signs[:-1] < 0)
+    inside = signs[1:-1] == 0
+    if len(changes) + np.count_nonzero(inside) != 1:
+        return None
+    return float(x[1:-1][inside][0]) if inside.any() else float(brentq(of, x[changes[0]], x[changes[0] + 1]))
+
+
+def _continued(x: Array, u: Array, to: float, shown: float) -> Curve | None:
     """Return the curve through samples ``u`` at ``x``, the nearest first, that leads on; None if they tell none.
 
-    ``shown`` is the sample on the other side of the interval, at ``to``: a curve that breaks off before misses it.
+    It is a polynomial, or a sine or exponential if that tells the next sample better. ``shown`` is the sample on the
+    other side of the interval, at ``to``: a curve that breaks off before misses it.
     """
-    differences = [abs(float(np.diff(u[: m + 1], m)[0])) for m in range(len(x))]
+    differences = [abs(float(np.diff(u[: m + 1], m)[0])) for m in range(min(len(x), len(_NEXT) + 2))]
+    found: Curve | None = None
+    missed_next = np.inf
     for order, share in enumerate(_NEXT, start=1):
         if order + 1 >= len(differences):
-            return None
+            break
         points, next_one = slice(0, order + 1), differences[order + 1]
         curve = np.polynomial.Polynomial.fit(x[points], u[points], order).convert()
         # one step on, a smooth curve misses by about its next difference
         bends = order > 1 and next_one > share * differences[order]
         if not bends and next_one <= _SMOOTH * abs(float(curve(to)) - shown):
-            return curve
-    return None
+            found, missed_next = curve, next_one
+            break
+    wave, error = _recurrence(x, u)
+    if wave is None or error * _CLEARLY >= missed_next:
+        return found
+    return wave if error <= _SMOOTH * abs(wave(to) - shown) else None
+
+
+def _recurrence(x: Array, u: Array) -> tuple[Curve | None, float]:
+    """Return the sine, or exponentials, on a level through four even samples, and how far two more are off.
+
+    Its differences d follow d(k + 1) + d(k - 1) = c d(k). None for other samples.
+    """
+    if len(x) < _LONG or np.ptp(np.diff(x)) > _EVEN * abs(x[1] - x[0]):
+        return None, np.inf
+    d = np.diff(u)
+    if not d[1]:
+        return None, np.inf
+    ratio = float(d[0] + d[2]) / float(d[1])
+    error = max(abs(float(ratio * d[m] - d[m - 1] - d[m + 1])) for m in (2, 3))
+    rate = np.arccos(complex(ratio / 2))
+    if abs(rate) < _EVEN or abs(rate - np.pi) < _EVEN:  # a parabola, or alternating
+        return None, np.inf
+    step, first = float(x[1] - x[0]), float(x[0])
+    places = np.arange(3)
+    columns = np.column_stack([np.ones(3), np.cos(rate * places), np.sin(rate * places)])
+    level, even, odd = np.linalg.solve(columns, u[:3].astype(complex))
+
+    def wave(at: float) -> float:
+        z = rate * (at - first) / step
+        return float((level + even * np.cos(z) + odd * np.sin(z)).real)
+
+    return wave, error

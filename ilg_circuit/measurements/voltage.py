@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
+from .curves import between_samples
 from .jumps import staircase, voltage_jumps
 from .kinks import Seen, with_kinks
 from .onset import Onset
@@ -19,10 +20,6 @@ from .smoothing import digit, noise_beside_kinks, resolution, smoothed
 _NEGLIGIBLE = 1e-6
 #: Largest change of the current by thinning the voltage, as a fraction of the current's noise.
 _OF_CURRENT_NOISE = 0.1
-#: Relative difference of neighbouring second differences below which a curve is smooth.
-_SMOOTH = 0.5
-#: Number of parts into which a sampling interval of a smooth curve is divided.
-_PARTS = 8
 #: Largest digit of the instrument, as a fraction of the voltage's range.
 _DIGIT = 0.01
 #: Number of readings that are too few to tell a level by its noise.
@@ -111,7 +108,7 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
             curve = part if answered else smoothed(at, part, noise_here).values
             seen = Seen(allowed, noise_here)
             still = onset.rest if not times and onset.first and not onset.jumps else None
-            knots, kept = between_samples(*with_kinks(at, curve, seen, still), allowed)
+            knots, kept = _curved(*with_kinks(at, curve, seen, still), at, allowed)
             chosen = simplified(knots, kept, allowed)
             knots, kept = knots[chosen], kept[chosen]
             if knots[0] > begin:
@@ -125,6 +122,18 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
         values.append(kept)
     drive = PiecewiseLinear(np.concatenate(times), np.concatenate(values), "measured voltage", onset.rest)
     return MeasuredDrive(drive, widths, level_noise, stated=None if onset.share is None else share)
+
+
+def _curved(t: Array, u: Array, readings: Array, tolerance: float) -> tuple[Array, Array]:
+    """Return times and voltages with points between samples, see `between_samples`, from kink to kink.
+
+    Those of the times ``t`` (n,) that are no ``readings`` (m,) are kinks.
+    """
+    kinks = np.flatnonzero(~np.isin(t, readings))
+    ends = [0, *kinks[(kinks > 0) & (kinks < len(t) - 1)].tolist(), len(t) - 1]
+    pieces = [between_samples(t[a : b + 1], u[a : b + 1], tolerance) for a, b in pairwise(ends)]
+    times, values = (np.concatenate([p[k][int(i > 0) :] for i, p in enumerate(pieces)]) for k in (0, 1))
+    return times, values
 
 
 def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> bool:
@@ -171,45 +180,6 @@ def is_level(u: Array, largest_digit: float = np.inf) -> bool:
     correlation = float(deviation[1:] @ deviation[:-1]) / variance
     shift = abs(u[:half].mean() - u[half:].mean()) / np.sqrt(variance / len(u) * 4 / len(u))
     return bool(correlation < 3 / np.sqrt(len(u)) and shift < 4)
-
-
-def between_samples(t: Array, u: Array, tolerance: float) -> tuple[Array, Array]:
-    """Return times and voltages with added points where a smooth voltage deviates by ``tolerance`` from its chords.
-
-    Chords of a sine have a smaller amplitude, which would bias a fitted conductance.
-    A curve is smooth where the two second differences of four samples are similar; the points lie on the cubic through
-    them.
-
-    Parameters
-    ----------
-    t, u
-        Times [s], ascending, and voltages [V] (n,).
-    tolerance
-        Distance [V] that needs no points.
-
-    Returns
-    -------
-    tuple
-        Times and voltages (m,), the samples among them.
-    """
-    if len(u) < 4:
-        return t, u
-    bend = np.diff(np.diff(u) / np.diff(t)) / (t[2:] - t[:-2])  # half the second derivative
-    left, right = bend[:-1], bend[1:]
-    smooth = np.abs(left - right) <= _SMOOTH * np.maximum(np.abs(left), np.abs(right))
-    width = np.diff(t)[1:-1]
-    curved = 1 + np.flatnonzero(smooth & (np.abs(left + right) * width**2 / 8 > tolerance))
-    share = np.arange(1, _PARTS) / _PARTS
-    a, b = t[curved, None], t[curved + 1, None]
-    at = a + (b - a) * share
-    # Newton's form of the cubic through four samples, left to right
-    third = ((bend[curved] - bend[curved - 1]) / (t[curved + 2] - t[curved - 1]))[:, None]
-    slope = (u[curved, None] - u[curved - 1, None]) / (a - t[curved - 1, None])
-    first = at - t[curved - 1, None]
-    cubic = u[curved - 1, None] + first * (slope + (at - a) * (bend[curved - 1, None] + (at - b) * third))
-    times = np.concatenate([t, at.ravel()])
-    order = np.argsort(times, kind="stable")
-    return times[order], np.concatenate([u, cubic.ravel()])[order]
 
 
 def simplified(t: Array, u: Array, tolerance: float) -> NDArray[np.intp]:

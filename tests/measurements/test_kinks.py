@@ -65,6 +65,17 @@ def test_a_ramp_begins_where_it_leaves_rest(rate: float, late: float) -> None:
     assert np.interp([0.0, late / 2, 1.0], times, values) == pytest.approx([0.0, rate * late / 2, rate], abs=1e-5)
 
 
+@given(st.floats(9.0, 40.0), st.floats(0.1, 0.45))
+def test_a_sine_begins_where_it_leaves_rest(readings: float, late: float) -> None:
+    t = np.arange(-INTERVAL, 20.0, INTERVAL) + late
+    rate = 2 * np.pi / (readings * INTERVAL)
+    u = np.where(t > 0, np.sin(rate * t), 0.0)
+    times, values = with_kinks(t, u, EXACT, rest=0.0)
+    # the kink: one time more than the readings have, where both curves meet
+    assert np.setdiff1d(times, t) == pytest.approx([0.0], abs=1e-3)
+    assert np.interp(0.0, times, values) == pytest.approx(0.0, abs=1e-3)
+
+
 def test_a_smooth_curve_and_noise_have_no_kinks() -> None:
     t = np.arange(0.0, 100.0, 0.5)
     u = np.sin(2 * np.pi * 0.02 * t)
@@ -92,6 +103,7 @@ DRIVES: dict[str, PiecewiseLinear | Sine] = {
     "slow triangle": triangle(31.3),
     "trapezoid": trapezoid(23.8, 1.6),
     "sine": Sine(2.0, 0.05),
+    "fast sine": Sine(2.0, 1 / 5.5),  # eleven readings a cycle: Rdc was 40 % off, six standard errors
 }
 
 

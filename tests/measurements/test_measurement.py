@@ -15,10 +15,11 @@ from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
 from ilg_circuit.findings import codes
 from ilg_circuit.identification import identify
+from ilg_circuit.measurements.curves import between_samples
 from ilg_circuit.measurements.read import read_record
 from ilg_circuit.measurements.smoothing import noise_level
 from ilg_circuit.measurements.table import Table
-from ilg_circuit.measurements.voltage import between_samples, simplified
+from ilg_circuit.measurements.voltage import simplified
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
@@ -316,6 +317,17 @@ def test_a_cubic_is_followed_exactly(coefficients: list[float], steps: list[floa
     assert set(t * unit) <= set(fine_times)
     size = np.abs(cubic(t)).max() + np.abs(coefficients).max()
     assert fine == pytest.approx(cubic(fine_times / unit), abs=1e-10 * size * len(t) ** 3)
+
+
+@pytest.mark.parametrize(("readings", "error"), [(11.3, 2e-4), (20.7, 1e-5)])
+def test_a_sine_of_few_readings_a_cycle_is_followed(readings: float, error: float) -> None:
+    """A cubic through four of eleven readings a cycle misses by 0.25 % of the amplitude."""
+    t = np.arange(100.0)
+    rate = 2 * np.pi / readings
+    times, values = between_samples(t, np.sin(rate * t), 1e-6)
+    inner = (times > 4) & (times < 95)
+    assert inner.sum() > 1000
+    assert values[inner] == pytest.approx(np.sin(rate * times[inner]), abs=error)
 
 
 def test_corners_and_noise_are_left_as_they_are() -> None:
