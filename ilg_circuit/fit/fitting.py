@@ -211,17 +211,6 @@ def finished(
     )
 
 
-def at_values(problem: Problem, values: Array) -> FitResult:
-    """Return the result at ``values`` (n,), where nothing is fitted but the linear terms."""
-    x = problem.scales.coordinates(values)
-    prediction, slopes = problem.derivatives(x)
-    amounts = np.asarray(np.linalg.lstsq(problem.nuisance, problem.data - prediction, rcond=None)[0], dtype=float)
-    residuals = problem.data - prediction - problem.nuisance @ amounts
-    return finished(
-        problem, x, amounts, residuals, np.column_stack([slopes, problem.nuisance]), offset=np.inf, evaluations=1
-    )
-
-
 def _squares(problem: Problem, part: slice, residuals: Array) -> float:
     """Return the sum of squares of a part of the residuals; where all are exactly zero, that of a little rounding."""
     data, r = problem.data[part], residuals[part]

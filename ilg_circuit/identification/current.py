@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
-from ..errors import InputError, SolveError, argument
+from ..errors import InputError, argument
 from ..findings import Finding
 from ..fit.bounded import likeliest
-from ..fit.fitting import at_values, fit, fit_near, with_starts
+from ..fit.fitting import fit, fit_near, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
 from ..measurements.prepare import LEAST_REST, tells_offset
@@ -29,7 +29,8 @@ from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
-from .jumps import placed, too_many, unknown
+from .jump_start import places_by_relaxation
+from .jumps import at_distances, placed, too_many, unknown
 from .modal import Ports, differences, modal_current_slopes, modal_currents, perturbed, with_slopes
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
 from .start import FewerRelaxations, model_start, thinned
@@ -276,14 +277,8 @@ class CurrentData:
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
-        try:
-            begun, found = self, self._individual(kind, held, progress)
-        except SolveError:  # the jumps may be too far from where they are shown
-            if not unknown(self):
-                raise
-            begun = self._roughly_placed(kind, held)
-            found = begun._individual(kind, held, progress)
-        found = begun._with_jumps(found, progress)
+        begun = self._roughly_placed() if unknown(self) else self
+        found = begun._with_jumps(begun._individual(kind, held, progress), progress)
         # a ladder's current determines the onset; a sum of exponentials does not, and the onset stays in the middle
         laddered = kind.linear and found.model.port(found.fit.values, ANY_LADDER).ladder is not None
         if not self.bracketed or not laddered:
@@ -307,13 +302,15 @@ class CurrentData:
         placing, ((moved, _),), _ = placed(found.fit, files, lambda _, d: d.observation(found.model), refit)
         return IndividualFit(moved[0], found.model, placing)
 
-    def _roughly_placed(self, kind: ElectricalModel, held: float) -> Self:
-        """Return the data with the drive's later jumps where the current places them with a model's starting values."""
-        start = self._start(kind, held)
-        model = PortModel(kind, held, tuple(start.tolist()))
-        begun = at_values(port_problem((self,), model, (1.0,)), start)
-        ((moved, _),) = placed(begun, [((self,), (0,))], lambda _, d: d.observation(model), at_values)[1]
-        return moved[0]
+    def _roughly_placed(self) -> Self:
+        """Return the data with the drive's jumps where the current places them if one relaxation is taken for it."""
+        after = self.since >= 0
+        t, i = self.since[after], self.data[after] - self._rest_current
+        keep = thinned(t)
+        widths = np.append(self.onset_width, self.measured.widths[1:])
+        stored = self.nuisance[after, int(self.has_offset) :]
+        places = places_by_relaxation(t[keep], i[keep], self.drive.from_rest(), widths, stored[keep])
+        return at_distances(self, places)
 
     def rough_residuals(self, kind: ElectricalModel, held: float) -> Array:
         """Return residuals [A] (samples,) of a linear model, fitted from its suggested start alone."""
@@ -322,10 +319,14 @@ class CurrentData:
         found = fit(port_problem((few,), model, (1.0,)), np.array(model.typical), tolerance=_ROUGH)
         return found.residuals if few is self else self.data - self.observation(model).fitted(found.values)
 
-    def _start(self, kind: ElectricalModel, held: float) -> Array:
-        t, data = self.since, self.data
+    @property
+    def _rest_current(self) -> float:
+        """The current at the onset [A] by the readings at rest, 0 without."""
         rest = self.channel.at_rest
-        offset = rest.position(rest.slope if self.drifts else 0.0) if rest.count >= LEAST_REST else 0.0
+        return rest.position(rest.slope if self.drifts else 0.0) if rest.count >= LEAST_REST else 0.0
+
+    def _start(self, kind: ElectricalModel, held: float) -> Array:
+        t, data, offset = self.since, self.data, self._rest_current
         stored = self.nuisance[t >= 0, int(self.has_offset) :]
         try:
             return self._model_start(kind, t[t >= 0], data[t >= 0] - offset, held, stored)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..strip.actuator import Uncertainty
 from ..units import format_quantity
 from .current import CurrentData
 from .displacement import DisplacementFit
-from .impedance import ImpedanceData
+from .impedance import DC, ImpedanceData
 from .motion_laws import MotionLaw
 from .onset import Onsets
 from .port_fit import PortFit
@@ -26,6 +27,8 @@ from .port_model import ANY_LADDER, ELECTRODE_RESISTANCE, PortData
 _STEP = 1e-4
 #: Logarithmic slope below which a quantity does not depend on a parameter.
 _UNFELT = 1e-6
+#: Half-width of an interval of a logarithm above which it is wide.
+_VAGUE = 0.2
 
 Estimates = dict[str, Estimate]
 
@@ -69,6 +72,8 @@ def parameter_estimates(
             found[p.name] = Estimate(values[p.name], p.unit, fixed_because=fixed[p.name])
         elif p.name not in per_record:
             found[p.name] = intervals.estimates[p.name]
+            if p.name == DC:
+                found[p.name] = _as_conductance(found[p.name])
         else:
             found[p.name] = Estimate.from_logarithm(fit.means[p.name], p.unit, errors[p.name])
             for source in dict.fromkeys(o.source for o in fit.problem.observations if p.name in o.names):
@@ -86,6 +91,26 @@ def parameter_estimates(
 def with_signs(found: Estimates, law: MotionLaw) -> Estimates:
     """Return estimates with the signs of a law's gains, of which a fit has the sizes."""
     return {name: e.negated if name in law.negative else e for name, e in found.items()}
+
+
+def _as_conductance(found: Estimate) -> Estimate:
+    """Return a resistance whose intervals, where they are wide, reach as far as those of its conductance.
+
+    A current is linear in the steady conductance, which may well be zero.
+    """
+
+    def reaching(interval: tuple[float, float] | None) -> tuple[float, float] | None:
+        half = math.log(interval[1] / found.value) if interval is not None else 0.0
+        if interval is None or half <= _VAGUE:
+            return interval
+        return interval[0], found.value / (1 - half) if half < 1 else math.inf
+
+    return replace(
+        found,
+        ci95=reaching(found.ci95),
+        ci95_autoregression=reaching(found.ci95_autoregression),
+        ci95_bootstrap=reaching(found.ci95_bootstrap),
+    )
 
 
 def _held_because(port: PortFit) -> str:
@@ -131,6 +156,7 @@ def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, ons
         name: Estimate(value, unit, value * error, (value * low, value * high))
         for (name, (value, unit)), error, low, high in rows
     }
+    estimates["steady_resistance"] = _as_conductance(estimates["steady_resistance"])
     held = "; ".join(f"as {name}: {reason}" for name, reason in port.fixed.items())
     for name, felt in zip(found, np.abs(slopes).max(axis=0) > _UNFELT, strict=True):
         if held and not felt:

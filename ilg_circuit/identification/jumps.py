@@ -14,7 +14,7 @@ from typing import Protocol, Self, TypeVar
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
 from ..fit.fitting import with_starts
@@ -30,8 +30,9 @@ _MOST_JUMPS, _LARGE = 200, 20_000_000
 _STEP = 0.3
 #: Effect of all places on the residuals, in their standard deviations, below which no parameter feels it.
 _FELT = 0.1
-#: Most rounds of places and parameters, and the step in standard deviations that ends them.
-_ROUNDS, _SETTLED = 5, 0.05
+#: Most rounds of places and parameters, and the step that ends them: its length in the standard deviations that remain,
+#: of parameters and places together.
+_ROUNDS, _SETTLED = 10, 0.05
 #: Signs of moves of neighbouring jumps, by rows orthogonal.
 _SIGNS = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
 #: Singular values below which columns are alike, and least standard deviation of residuals, relative to the largest.
@@ -107,7 +108,7 @@ def _distances(data: Jumping) -> Array:
     return data.share * _widths(data) + np.append(0.0, places)
 
 
-def _at(data: Data, distances: Array) -> Data:
+def at_distances(data: Data, distances: Array) -> Data:
     """Return the data with onset and later jumps at ``distances`` [s] (j + 1,) from the middles."""
     width = data.onset_width
     share = float(distances[0]) / width if width else data.share
@@ -133,12 +134,13 @@ def _count(data: Jumping) -> int:
 
 
 def placed(
-    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], refit: Refit
+    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], refit: Refit, telling: Mask | None = None
 ) -> tuple[FitResult, tuple[File[Data], ...], Array]:
     """Return the fit with the jumps of ``files`` where their readings place them, the files, and what is unknown.
 
     Onsets are among the jumps. Places of all files are fitted together, since each depends on the others' through the
-    parameters. ``refit`` fits the parameters again after the jumps have moved; where it fails the jumps stay. The last
+    parameters. ``refit`` fits the parameters again after the jumps have moved; where it fails the jumps stay.
+    ``telling`` (samples,) are the samples that place them, by default all: residuals that are no noise do not. The last
     are the changes of the prediction over the sigmas (samples, j) by independent quantities of unit variance.
     """
     deviation = np.concatenate([_widths(data[0]) / np.sqrt(12) for data, _ in files])
@@ -152,8 +154,8 @@ def placed(
     for last in (*[False] * (_ROUNDS - 1), True):
         steps = _inward(places / unit, ends)
         columns = _changes(found, files, observe, places, list(np.diag(steps * deviation))) / steps
-        step, spread = _step(found, columns, places / unit, ends)
-        if last or float(np.abs(step).max()) < _SETTLED:
+        step, spread = _step(found, columns, places / unit, ends, telling)
+        if last or float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED:
             break
         there = _moved(files, places + step * unit)
         observations = list(found.problem.observations)
@@ -178,7 +180,7 @@ def _moved(files: Sequence[File[Data]], places: Array) -> tuple[File[Data], ...]
     """Return the files with their jumps at distances ``places`` [s] (j,), of one file after the other."""
     counts = [len(data[0].measured.widths) for data, _ in files]
     parts = np.split(places, np.cumsum(counts)[:-1])
-    return tuple((tuple(_at(d, p) for d in data), at) for (data, at), p in zip(files, parts, strict=True))
+    return tuple((tuple(at_distances(d, p) for d in data), at) for (data, at), p in zip(files, parts, strict=True))
 
 
 def _inward(places: Array, ends: Array) -> Array:
@@ -202,33 +204,37 @@ def _changes(
             before = problem.observations[k].predict(own)[0]
             for column, move in enumerate(moves):
                 if move[here].any():
-                    after = observe(k, _at(d, (places + move)[here])).predict(own)[0]
+                    after = observe(k, at_distances(d, (places + move)[here])).predict(own)[0]
                     changes[problem.slices[k], column] = (after - before) / problem.observations[k].sigma
     return changes
 
 
-def _step(found: FitResult, columns: Array, places: Array, ends: Array) -> tuple[Array, Array]:
+def _step(found: FitResult, columns: Array, places: Array, ends: Array, telling: Mask | None) -> tuple[Array, Array]:
     """Return the Gauss-Newton step (j,) of the ``places`` (j,) of unit variance, and a root (j, j) of their covariance.
 
     ``columns`` (samples, j) are the prediction's derivatives. Every place stays between its ``ends`` (2, j). The
-    parameters are free; every observation's residuals have the variance that parameters and places together leave.
+    parameters are free; every observation has the variance that parameters and places together leave. Only samples
+    that are ``telling`` (samples,) count, by default all.
     """
     from scipy.optimize import lsq_linear
 
-    size = np.linalg.norm(found.slopes, axis=0)
-    whole = np.hstack([found.slopes / np.where(size > 0, size, 1.0), columns])
-    scale = np.ones(len(found.residuals))
-    rest = found.residuals - whole @ np.linalg.lstsq(whole, found.residuals, rcond=_SAME)[0]
+    tells = np.ones(len(found.residuals), dtype=bool) if telling is None else telling
+    size = np.linalg.norm(found.slopes[tells], axis=0)
+    slopes, residuals = found.slopes[:, size > 0] / size[size > 0], found.residuals
+    whole = np.hstack([slopes, columns])[tells]
+    scale, rest = np.ones(len(residuals)), np.zeros(len(residuals))
+    rest[tells] = residuals[tells] - whole @ np.linalg.lstsq(whole, residuals[tells], rcond=_SAME)[0]
+    spare = max(1 - whole.shape[1] / len(whole), 1 / len(whole))
     for part in found.problem.slices:
-        spare = max(1 - whole.shape[1] / len(rest), 1 / len(rest))
         scale[part] = max(
-            float(np.sqrt(np.mean(rest[part] ** 2) / spare)), _ROUNDING * float(np.abs(found.residuals[part]).max())
+            float(np.sqrt(np.mean(rest[part] ** 2) / spare)), _ROUNDING * float(np.abs(residuals[part]).max())
         )
     scale[scale == 0] = 1.0
-    basis = np.linalg.qr(found.slopes / scale[:, None])[0]
-    free = columns / scale[:, None]
+    scale = scale[tells]
+    basis = np.linalg.qr(slopes[tells] / scale[:, None])[0]
+    free = columns[tells] / scale[:, None]
     free -= basis @ (basis.T @ free)
-    left = found.residuals / scale
+    left = residuals[tells] / scale
     values, vectors = np.linalg.eigh(free.T @ free + np.eye(len(places)))
     root = np.sqrt(values)
     target = vectors.T @ (free.T @ left - places) / root

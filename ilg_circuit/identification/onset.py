@@ -295,12 +295,20 @@ def _placed(
     def observed(k: int, d: CurrentData | DisplacementData) -> Observation:
         return observe(d, sigmas[k])
 
-    found, there, left = placed(found, files, observed, partial(fit_near, progress=progress))
+    place = partial(placed, found, files, observed, partial(fit_near, progress=progress))
+    again, there, left = place()
+    # residuals that are no noise yet may be so once the jumps are placed; if not, they place none
+    telling = np.ones(len(found.residuals), dtype=bool)
+    for of_file, at in there:
+        for k, d in zip(at[1:], of_file[1:], strict=True):
+            telling[found.problem.slices[k]] = _tells_onset(d, again.residuals_of(k))
+    if not telling.all():
+        again, there, left = place(telling)
     moved = list(data)
     for of_file, at in there:
         for k, d in zip(at, of_file, strict=True):
             moved[k] = d
-    return found, moved, left
+    return again, moved, left
 
 
 def _tells_onset(data: Measured, residuals: Array) -> bool:

@@ -54,8 +54,7 @@ def current_start(
     t, current = t[keep], current[keep]
     beside = np.linalg.qr(nuisance[keep])[0] if nuisance is not None else np.zeros((len(t), 0))
     drive = _coarse(drive)
-    rates = _rate_grid(t, _RATES)
-    basis = np.vstack([drive.value(t), _high_passes(rates, drive, t)])
+    rates, basis = linear_basis(t, drive)
     every = range(1, len(rates) + 1, 1 if branches < 3 else 2)
     choices = np.array([(0, *chosen) for chosen in combinations(every, branches)])
     amounts, left = _linear_fits(basis.T, choices, current, beside)
@@ -239,6 +238,12 @@ def _rate_grid(t: Array, count: int) -> Array:
     positive = t[t > 0]
     shortest = max(float(np.diff(t).min()), float(positive[-1]) * 1e-5)
     return np.geomspace(0.3 / float(positive[-1]), 1.0 / shortest, count)
+
+
+def linear_basis(t: Array, drive: PiecewiseLinear) -> tuple[Array, Array]:
+    """Return rates [1/s] (n,), and the drive with its high-passes of these (n + 1, samples) at ``t`` >= 0 [s]."""
+    rates = _rate_grid(t, _RATES)
+    return rates, np.vstack([drive.value(t), _high_passes(rates, drive, t)])
 
 
 def _high_passes(rates: Array, drive: PiecewiseLinear, t: Array) -> Array:

@@ -84,6 +84,28 @@ def test_intervals_hold_the_truth(drive: Callable[[np.random.Generator], Piecewi
     assert held >= 36  # of 42 of 95 %: three standard errors below
 
 
+@pytest.mark.parametrize("readings", [4.0, 5.3])
+def test_a_square_wave_of_few_readings_a_cycle_is_placed(readings: float) -> None:
+    """From the middles of its intervals the fit ended in another minimum: Rdc 90 % off, 57 standard errors."""
+    held = 0
+    for seed in range(8):
+        late = float(np.random.default_rng([2, seed]).uniform(0.0, 1.0)) * INTERVAL
+        before, after = np.zeros(20), np.arange(late, DURATION, INTERVAL)
+        drive = PiecewiseLinear.square(-2.0, 2.0, readings * INTERVAL, DURATION)
+        run = simulate(PAPER, drive, after, engine="exact", beam="static")
+        noise = 1e-3 * float(np.abs(run.current).max()) * np.random.default_rng(seed).standard_normal(20 + len(after))
+        columns = {
+            "time": INTERVAL * np.arange(20 + len(after)),
+            "voltage": np.append(before, run.voltage),
+            "current": np.append(before, run.current) + noise,
+        }
+        found = identify(prepare(Table(columns, "record.csv")), model="rc", engine="exact")
+        for name, value in truth(PAPER).items():
+            low, high = found.parameters[name].reported[1]
+            held += low <= value <= high
+    assert held >= 19  # of 24; the three of one record are correlated
+
+
 def test_the_places_are_found() -> None:
     """Of a square wave whose onset is known all later jumps are told by the readings after them."""
     drive = PiecewiseLinear.square(0.0, 2.0, 27.3, DURATION)
