@@ -23,9 +23,15 @@ def plain(values: Array) -> list[float | None]:
 
 
 def row(values: ArrayLike, what: str) -> Array:
-    """Return ``values`` as one row of numbers (n,). Raises InputError naming ``what`` where they are none."""
+    """Return ``values`` as one row of numbers (n,), masked ones as nan.
+
+    Raises InputError naming ``what`` where they are none.
+    """
+    if np.iscomplexobj(values):
+        raise InputError(f"{what} holds complex numbers; give their real and imaginary parts as columns")
     try:
-        found = np.asarray(values, dtype=float)
+        masked = isinstance(values, np.ma.MaskedArray)
+        found = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan) if masked else np.asarray(values, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"{what} holds something else than numbers") from None
     if found.ndim != 1:

@@ -250,7 +250,12 @@ def fit_sensing(context: click.Context, data: tuple[Path, ...], options: dict[st
     how = {name: options[name] for name in ("columns", "units", "part", "cycle")}
     result = identify_sensing(list(data), options["actuator"], **own, **how)
     inputs = (*data, options["actuator"])
-    emit(result, outputs(options), inputs=inputs, writers={"--out": lambda made, path: made.write_strip(path)})
+    written = outputs(options)
+    if not result.success:
+        written["--out"] = None
+    emit(result, written, inputs=inputs, writers={"--out": lambda made, path: made.write_strip(path)})
+    if not result.success:
+        context.exit(1)
 
 
 def require_none_else(context: click.Context, options: dict[str, Any], allowed: tuple[str, ...], mode: str) -> None:

@@ -151,10 +151,12 @@ def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, ons
     noise, quantile = _lengths(slopes, own), _quantiles(fit, slopes.T @ averaging)
     reach = onsets.reach(noise, quantile, lambda x: logarithms(np.log(fit.problem.scales.values(x)) @ averaging.T))
     below, above = quantile * noise + reach
-    rows = zip(found.items(), errors.tolist(), np.exp(-below).tolist(), np.exp(above).tolist(), strict=True)
+    with np.errstate(over="ignore"):  # an end beyond all numbers is open
+        low, high = np.exp(-below), np.exp(above)
+    rows = zip(found.items(), errors.tolist(), low.tolist(), high.tolist(), strict=True)
     estimates = {
-        name: Estimate(value, unit, value * error, (value * low, value * high))
-        for (name, (value, unit)), error, low, high in rows
+        name: Estimate(value, unit, value * error, (value * least, value * most))
+        for (name, (value, unit)), error, least, most in rows
     }
     estimates["steady_resistance"] = _as_conductance(estimates["steady_resistance"])
     held = "; ".join(f"as {name}: {reason}" for name, reason in port.fixed.items())

@@ -40,6 +40,8 @@ from ..strip.sensing import MOST_RELAXATIONS
 
 #: Time constants of the search, from so many sampling intervals to so many times the record; least ratio of two.
 _GRID, _SHORTEST, _LONGEST, _APART = 13, 2.0, 2.0, 1.8
+#: Share of a signal's variance, and number of readings' variances, that chance explains: a motion must explain more.
+_NOTHING, _BY_CHANCE = 0.05, 25.0
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -77,6 +79,11 @@ class SensingFit(Warned, Estimated, Result):
     misfits: tuple[Misfit | None, ...]
     ratio: float | None
     findings: tuple[Finding, ...] = ()
+
+    @property
+    def success(self) -> bool:
+        """False if the misfit of a record is so large that the parameters are meaningless."""
+        return not any(misfit is not None and misfit.fail for misfit in self.misfits)
 
     def estimate_tables(self) -> Mapping[str, Mapping[str, Estimate]]:
         """Return the parameters."""
@@ -116,6 +123,7 @@ class SensingFit(Warned, Estimated, Result):
         """Return estimates, the ratio, and the records with their fit as plain data."""
         return {
             "actuator": self.actuator.name,
+            "success": self.success,
             "parameters": {name: e.to_dict() for name, e in self.parameters.items()},
             "measured_over_reciprocal": self.ratio,
             "records": [
@@ -162,7 +170,8 @@ class _Law:
 def identify_sensing(records: Sequence[Sensed], actuator: Actuator) -> SensingFit:
     """Return the law of sensing of a strip whose circuit is known: as many relaxations as BIC asks for.
 
-    Raises InputError for a nonlinear circuit or records that tell nothing, SolveError where no law fits.
+    Raises InputError for a nonlinear circuit, or records that tell nothing or whose motion explains nothing, SolveError
+    where no law fits.
     """
     require_lump(actuator, "sensing")
     bare = replace(actuator, sensing=None, uncertainty=None)
@@ -183,6 +192,13 @@ def identify_sensing(records: Sequence[Sensed], actuator: Actuator) -> SensingFi
     if not found:
         assert failure is not None
         raise failure
+    for k, r in enumerate(records):
+        left = min(float(np.var(f.residuals_of(k))) for f in found) / float(np.var(r.signal))
+        if 1 - left < max(_NOTHING, _BY_CHANCE / len(r.time)):
+            raise InputError(
+                f"{r.source}: the motion explains {1 - left:.1%} of the measured {r.quantity}: look at its wires, its "
+                "column, and whether its clock is the motion's"
+            )
     samples = effective_samples(min(found, key=lambda f: f.rmse).residuals)
     criteria = [information_criterion(f.residuals, f.count, samples) for f in found]
     best = int(np.argmin(criteria))

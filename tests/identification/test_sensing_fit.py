@@ -120,3 +120,29 @@ def test_the_command(run: Run, tmp_path: Path) -> None:
 def test_what_is_wrong_is_one_line(record: dict[str, Array], says: str) -> None:
     with pytest.raises(InputError, match=says):
         ilg.identify_sensing(record, "paper")
+
+
+def test_a_signal_that_the_motion_does_not_explain_is_refused() -> None:
+    record = moved(STRIP, "open") | {"voltage_V": np.random.default_rng(0).normal(size=len(T))}
+    with pytest.raises(InputError, match=r"the motion explains .*% of the measured voltage: look at its wires"):
+        ilg.identify_sensing(record, STRIP)
+
+
+def test_a_large_misfit_is_no_success(run: Run, tmp_path: Path) -> None:
+    """A signal that drifts by twice its span: 40 % of the span were left, exit 0 and a strip written."""
+    record = moved(STRIP, "open")
+    drifting = record | {"voltage_V": record["voltage_V"] + 2 * np.ptp(record["voltage_V"]) * (T / T[-1]) ** 2}
+    assert ilg.identify_sensing(record, STRIP).success
+    found = ilg.identify_sensing(drifting, STRIP)
+    assert not found.success
+    assert found.to_dict()["success"] is False
+    rows = np.column_stack(list(drifting.values()))
+    np.savetxt(tmp_path / "moved.csv", rows, delimiter=",", header=",".join(drifting), comments="")
+    replace(STRIP, sensing=None).save(tmp_path / "strip.toml")
+    made = tmp_path / "sensor.toml"
+    ended = run(
+        *("identify", str(tmp_path / "moved.csv"), "--sensing", "--actuator", str(tmp_path / "strip.toml")),
+        *("--out", str(made)),
+    )
+    assert ended.code == 1
+    assert not made.exists()
