@@ -43,13 +43,15 @@ class BoundedProfile:
     """The profile of a quantity over ``places`` (g,), its values in ascending order.
 
     ``deviance`` (g,) is -2 log(likelihood) above its minimum, on independent samples; ``coordinates`` (g, n) are the
-    fit's parameters at each place, ``covariances`` (g, n, n) their covariances up to a common factor.
+    fit's parameters at each place, ``covariances`` (g, n, n) their covariances up to a common factor. ``known`` is the
+    place of the estimate, None for the middle of the admitted interval.
     """
 
     places: Array
     deviance: Array
     coordinates: Array
     covariances: Array
+    known: float | None = None
 
     @cached_property
     def admitted(self) -> tuple[float, float]:
@@ -67,8 +69,8 @@ class BoundedProfile:
 
     @property
     def middle(self) -> float:
-        """The middle of the admitted interval, which is taken as the estimate."""
-        return sum(self.admitted) / 2
+        """The estimate: the middle of the admitted interval, or what is ``known``."""
+        return sum(self.admitted) / 2 if self.known is None else self.known
 
     def knowing(self, place: float, coordinates: Array) -> BoundedProfile:
         """Return the profile with the ``coordinates`` (n,) of a further fit at a ``place``."""
@@ -87,7 +89,7 @@ class BoundedProfile:
         x, steps = self.coordinates, _STEP * np.eye(self.coordinates.shape[1])
         slopes = np.stack([(quantities(x + s) - quantities(x - s)) / (2 * _STEP) for s in steps], axis=1)
         covariances = slopes.transpose(0, 2, 1) @ self.covariances @ slopes
-        return BoundedProfile(self.places, self.deviance, quantities(x), covariances)
+        return BoundedProfile(self.places, self.deviance, quantities(x), covariances, self.known)
 
     def reach(self, errors: Array, quantile: Array) -> tuple[Array, Array]:
         """Return the lengths of intervals below and above the coordinates at the `middle` (n,), with their ``errors``.

@@ -35,7 +35,7 @@ DC = "dc_resistance"
 #: Resistance of an open electron path in the fitted strip, relative to the largest measured impedance.
 _OPEN = 1e6
 #: Stands for an open circuit in a fit; finite, so that arithmetic stays finite.
-_INFINITE = 1e200
+INFINITE = 1e200
 _UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
 OPEN_PATH = "no electron path is seen: practically an open circuit"
 #: Standard error of a parameter's logarithm, all others held, above which the data do not determine it.
@@ -237,7 +237,7 @@ class ImpedanceData:
         self, problem: Problem, model: PortModel, x: Array, found: Search, random: np.random.Generator
     ) -> tuple[Problem, Array, Search, dict[str, str]]:
         """Return the problem, coordinates and search with Rdc fixed at an open circuit, if the data do not show Rdc."""
-        closed = problem.holding(DC, _INFINITE)
+        closed = problem.holding(DC, INFINITE)
         at = problem.labels.index(DC)
         # Rdc must improve the BIC on independent readings
         residuals = problem.predictions(x[None])[0] - problem.data

@@ -29,6 +29,7 @@ from .film import Moving
 from .jumps import JumpErrors, errors_of, placed, too_many, unknown
 from .motion import DisplacementData
 from .observation_fit import ObservationFit
+from .open_path import open_path
 from .port_model import BRACKET, BY_TIME, Measured
 
 #: (data, standard deviation of their residuals) -> observation with a model's prediction.
@@ -115,16 +116,20 @@ class ClockProfile:
 
 @dataclass(frozen=True)
 class Onsets:
-    """The profiles of all uncertain onsets, and of clocks that were fitted, and what places of later jumps add."""
+    """The profiles of all uncertain onsets, of clocks that were fitted, and of electron paths that are not seen.
+
+    ``jumps`` are what places of later jumps add.
+    """
 
     profiles: tuple[OnsetProfile, ...] = ()
     clocks: tuple[ClockProfile, ...] = ()
     jumps: tuple[JumpErrors, ...] = ()
+    paths: tuple[BoundedProfile, ...] = ()
 
     @property
     def every(self) -> tuple[BoundedProfile, ...]:
         onsets = {id(p.profile): p.profile for p in self.profiles}
-        return (*onsets.values(), *(p for clock in self.clocks for p in clock.every))
+        return (*onsets.values(), *(p for clock in self.clocks for p in clock.every), *self.paths)
 
     def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
         """Return the estimates, every standard error and interval widened by the uncertainty of the onsets."""
@@ -269,7 +274,8 @@ def settled(
         moved[k] = clock.data
         clocks.append(clock)
     errors = (errors_of(found, left),) if left.any() else ()
-    return found, tuple(moved), Onsets(tuple(profiles), tuple(clocks), errors)
+    path = open_path(found, moved, costly=costly)
+    return found, tuple(moved), Onsets(tuple(profiles), tuple(clocks), errors, () if path is None else (path,))
 
 
 def _placed(

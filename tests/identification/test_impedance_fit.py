@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from synthetic import noisy_factor
 
+import ilg_circuit as ilg
 from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.fit import fitting
 from ilg_circuit.fit.identifiability import DETERMINED
@@ -232,3 +233,23 @@ def test_no_convergence_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fitting, "MOST_EVALUATIONS", 1)
     with pytest.raises(SolveError, match=r"did not converge|diverged|determine|did not return"):
         fit_spectrum(spectrum("rc2", 0.01), "rc2", 2.0)
+
+
+def test_an_electron_path_that_is_not_seen_widens_the_others() -> None:
+    """R and C were those of an open circuit in narrow intervals: of the sets that show no path R held in none of 12."""
+    frequency = np.logspace(2, -2, 17)
+    true = {"dynamic_resistance": 20.0, "capacitance": 0.35}
+    z = 1 / (1 / 2000 + 1 / (20 + 1 / (2j * np.pi * frequency * 0.35)))
+    held = count = 0
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        noisy = z * (1 + 0.01 * (random.standard_normal(17) + 1j * random.standard_normal(17)))
+        found = ilg.identify({"frequency_Hz": frequency, "re_ohm": noisy.real, "im_ohm": noisy.imag}, model="rc")
+        if found["dc_resistance"].interval is not None:
+            continue
+        for name, value in true.items():
+            low, high = found[name].interval or (np.nan, np.nan)
+            held += low <= value <= high
+            count += 1
+    assert count >= 12
+    assert held >= count - 2
