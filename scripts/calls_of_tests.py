@@ -1,9 +1,11 @@
 """Records which functions of the engine each test calls, and how long it takes, for `mutants.py` to choose tests by.
 
-Each test file runs in a process of its own. ``--state`` keeps one line of JSON a file, and a later run goes on from
-there. Compiled kernels and what a test does in other processes are not seen.
+Each test file runs in a process of its own: those of the folders that test the engine closely (`FOLDERS`), which takes
+half an hour; all others would take two hours, and call the engine only as these do, and slowly. ``--state`` keeps one
+line of JSON a file, and a later run goes on from there. Files that are named are recorded anew, after a test was
+written. Compiled kernels and what a test does in other processes are not seen.
 
-usage: python scripts/calls_of_tests.py [--state calls_of_tests.jsonl] [--workers 2]
+usage: python scripts/calls_of_tests.py [--state calls_of_tests.jsonl] [--workers 2] [--folders solve,...] [FILE ...]
 """
 
 from __future__ import annotations
@@ -23,8 +25,8 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-#: Tests of what is shown and of the checks themselves; they call the engine only as other tests do, and slowly.
-_LEFT_OUT = ("docs", "window", "fuzz")
+#: Folders of tests whose files are recorded.
+FOLDERS = ("solve", "circuit", "fit", "arms", "strip", "simulation", "identification", "published")
 
 Calls = dict[str, dict[str, Any]]
 
@@ -95,9 +97,12 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--state", type=Path, default=ROOT / "calls_of_tests.jsonl")
     options.add_argument("--workers", type=int, default=2)
+    options.add_argument("--folders", default=",".join(FOLDERS))
+    options.add_argument("files", nargs="*")
     given = options.parse_args()
-    files = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / "tests").rglob("test_*.py"))]
-    missing = [f for f in files if f not in read(given.state) and Path(f).parent.name not in _LEFT_OUT]
+    paths = [p for folder in given.folders.split(",") for p in sorted((ROOT / "tests" / folder).rglob("test_*.py"))]
+    files = [path.relative_to(ROOT).as_posix() for path in paths]
+    missing = given.files or [file for file in files if file not in read(given.state)]
     with multiprocessing.get_context("spawn").Pool(given.workers, maxtasksperchild=1) as pool:
         for file, calls in pool.imap_unordered(recorded, missing, chunksize=1):
             with given.state.open("a", encoding="utf-8") as out:
