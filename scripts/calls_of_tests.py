@@ -2,15 +2,16 @@
 
 Each test file runs in a process of its own: those of the folders that test the engine closely (`FOLDERS`), which takes
 half an hour; all others would take two hours, and call the engine only as these do, and slowly. ``--state`` keeps one
-line of JSON a file, and a later run goes on from there. Files that are named are recorded anew, after a test was
-written. Compiled kernels and what a test does in other processes are not seen.
+line of JSON a file, and a later run records only files that are new or changed. Compiled kernels and what a test does
+in other processes are not seen.
 
-usage: python scripts/calls_of_tests.py [--state calls_of_tests.jsonl] [--workers 2] [--folders solve,...] [FILE ...]
+usage: python scripts/calls_of_tests.py [--state calls_of_tests.jsonl] [--workers 2] [--folders solve,circuit,...]
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import multiprocessing
 import os
@@ -88,9 +89,17 @@ def recorded(file: str) -> tuple[str, Calls]:
 
 
 def read(state: Path) -> dict[str, Calls]:
-    """Return what was recorded, by test file."""
+    """Return what was recorded, by test file, of those that are as they were."""
     lines = state.read_text(encoding="utf-8").splitlines() if state.exists() else []
-    return {entry["file"]: entry["tests"] for entry in map(json.loads, lines)}
+    return {
+        entry["file"]: entry["tests"] for entry in map(json.loads, lines) if entry["text"] == text_of(entry["file"])
+    }
+
+
+def text_of(file: str) -> str:
+    """Return a hash of a file's text, "" where there is none."""
+    path = ROOT / file
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16] if path.exists() else ""
 
 
 def main() -> None:
@@ -98,15 +107,15 @@ def main() -> None:
     options.add_argument("--state", type=Path, default=ROOT / "calls_of_tests.jsonl")
     options.add_argument("--workers", type=int, default=2)
     options.add_argument("--folders", default=",".join(FOLDERS))
-    options.add_argument("files", nargs="*")
     given = options.parse_args()
     paths = [p for folder in given.folders.split(",") for p in sorted((ROOT / "tests" / folder).rglob("test_*.py"))]
     files = [path.relative_to(ROOT).as_posix() for path in paths]
-    missing = given.files or [file for file in files if file not in read(given.state)]
+    known = read(given.state)
+    missing = [file for file in files if file not in known]
     with multiprocessing.get_context("spawn").Pool(given.workers, maxtasksperchild=1) as pool:
         for file, calls in pool.imap_unordered(recorded, missing, chunksize=1):
             with given.state.open("a", encoding="utf-8") as out:
-                out.write(json.dumps({"file": file, "tests": calls}) + "\n")
+                out.write(json.dumps({"file": file, "text": text_of(file), "tests": calls}) + "\n")
             print(f"{sum(c['seconds'] for c in calls.values()):6.1f} s  {file}", flush=True)
 
 

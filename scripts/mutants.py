@@ -218,7 +218,10 @@ def write_state(path: Path, found: dict[tuple[object, ...], dict[str, str]]) -> 
 
 
 def copied(folder: Path) -> None:
-    """Copy what tests need into a folder."""
+    """Copy what tests need into a new folder, and have beside it what they find beside the repository."""
+    folder.mkdir()
+    if (ROOT.parent / "shared").exists():
+        (folder.parent / "shared").symlink_to(ROOT.parent / "shared")
     for part in _COPIED:
         source = ROOT / part
         if source.is_dir():
@@ -284,7 +287,7 @@ def main() -> int:
     wanted = [(m, n) for m, n in chosen if n not in state or state[n]["outcome"] in again]
     found = {}
     with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
+        folder = Path(temporary) / ROOT.name
         copied(folder)
         for mutant, name in [] if given.report else wanted:
             begin = time.monotonic()
