@@ -76,6 +76,16 @@ def test_halving_the_steps_quarters_the_error() -> None:
     assert errors[1] / errors[2] == pytest.approx(4, rel=0.02)
 
 
+def test_each_of_two_external_sources_has_its_own_voltage() -> None:
+    text = ".title two\n" + "".join(
+        f"Vdrive_{k} in{k} 0 external\nR{k} in{k} out{k} 2.0\nC{k} out{k} 0 0.5 ic=0.0\n" for k in (0, 1)
+    )
+    voltages = np.outer([1.0, -3.0], np.ones_like(GRID))
+    with session().loaded(text, float(GRID[-1]), ["out0", "out1"]) as run:
+        found = run(GRID, voltages)
+    assert found == pytest.approx(voltages[:, 1:] * (1 - np.exp(-GRID[1:])), abs=3e-4)
+
+
 BROKEN = {
     "no such element": "Zzz a b 1",
     "no such model": "D1 out 0 nomodel",
