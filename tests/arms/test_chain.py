@@ -10,7 +10,7 @@ import pytest
 
 import ilg_circuit as ilg
 from ilg_circuit.arms import Activation, Arm, Fluid, Plane, activation, run, simulate
-from ilg_circuit.arms.chain import Chain
+from ilg_circuit.arms.chain import Chain, Contact
 from ilg_circuit.arms.chain_motion import bends_of
 from ilg_circuit.arms.lattice import mounted, strip_arm
 from ilg_circuit.arms.statics import equilibrium, lattice_error, natural_frequencies
@@ -85,6 +85,27 @@ def test_energies_balance_with_everything_that_acts() -> None:
     assert (works > 1e-3 * works.max()).all()  # actuators, damping, drag and impact all take part
     assert motion.energies[:, 2].max() == 0
     assert motion.edge_forces.shape == (31, n, 2)
+
+
+@pytest.mark.parametrize("place", [0.9, 0.37])
+def test_energies_change_by_what_actuators_do_less_what_is_lost(place: float) -> None:
+    """With a mass, a spring and a dashpot at a place, a weight at the end, drag, and a plane that is touched."""
+    draw, n = np.random.default_rng(5), 5
+    angles, rates, bends, bending = draw.normal(0, 0.5, (4, n))
+    chain = Chain(
+        *draw.uniform([[0.1], [0.5], [0.7], [0.01]], [[0.3], [1.0], [1.4], [0.02]], (4, n)),
+        base=0.3, loss=0.2, weight=1 - 2j, drag=draw.uniform(0.5, 1.0, (n, 2)),
+        contact=Contact(0.5j, np.exp(1.2j), 30.0, 0.1), place=place, load=(0.4, 3.0, 0.7), rest=0.2, pull=0.4 - 0.3j,
+    )  # fmt: skip
+    faster = chain.accelerations(angles, rates, bends)
+    step = 1e-6
+    after, before = (
+        chain.energies(angles + h * rates + h**2 * faster / 2, rates + h * faster, bends + h * bending).sum()
+        for h in (step, -step)
+    )
+    powers = chain.powers(angles, rates, bends, bending)
+    assert (np.abs(powers) > 1e-3).all()
+    assert (after - before) / (2 * step) == pytest.approx(powers[0] - powers[1:].sum(), rel=1e-7)
 
 
 def test_at_rest_the_faces_carry_weight_and_moment() -> None:
