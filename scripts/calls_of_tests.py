@@ -27,7 +27,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Folders of tests whose files are recorded.
-FOLDERS = ("solve", "circuit", "fit", "arms", "strip", "simulation", "identification", "published")
+FOLDERS = ("solve", "circuit", "fit", "arms", "strip", "simulation", "identification", "published", "report")
 
 Calls = dict[str, dict[str, Any]]
 
