@@ -34,6 +34,7 @@ from collections import Counter
 from contextlib import chdir
 from pathlib import Path
 
+import numba
 import pytest
 from calls_of_tests import Calls, read
 from faults import Mutant, mutants_of, mutated
@@ -51,6 +52,8 @@ LATEST = 900
 OUTCOMES = ("killed", "endless", "survived", "undecided")
 #: What tells a line of the state from the others.
 _NAMES = ("module", "function", "change", "nth", "tree")
+#: Tests of the compiled kernels alone, which are run first, and as plain Python: to compile them takes half a minute.
+_KERNEL_TESTS = [f"tests/arms/test_{name}.py" for name in ("forces", "explicit_kernels", "steps")]
 #: What tests need besides the package.
 _COPIED = (
     *("ilg_circuit", "tests", "data", "netlists", "pyproject.toml", "examples", "docs", "README.md", "scripts"),
@@ -139,7 +142,9 @@ class _Failed:
                 file.write(report.nodeid + "\n")
 
 
-def run_tests(folder: Path, files: list[str], longest: int = LONGEST) -> tuple[str, list[str]]:
+def run_tests(
+    folder: Path, files: list[str], longest: int = LONGEST, *, compiles: bool = True
+) -> tuple[str, list[str]]:
     """Run tests or test files in a process forked from this one, until one fails or the ``longest`` processor time.
 
     Return "killed", "survived", or "late", and the tests or files that failed; where there is no limit, to the end.
@@ -157,6 +162,7 @@ def run_tests(folder: Path, files: list[str], longest: int = LONGEST) -> tuple[s
         try:
             sys.path[:0] = [str(folder)]
             os.environ["PYTHONPATH"] = str(folder)
+            numba.config.DISABLE_JIT = not compiles  # type: ignore[attr-defined]
             with chdir(folder):
                 stop = ["-x"] if longest else []
                 options = ["-q", *stop, "-p", "no:cacheprovider", *files]
@@ -240,7 +246,11 @@ def outcome_of(mutant: Mutant, folder: Path, calls: Calls) -> dict[str, str]:
         os.utime(path, (then, then - 1 - mutant.site))
     known = callers(mutant, calls)
     try:
-        outcome, failed = run_tests(folder, known or tests_of(mutant.module))
+        outcome, failed = "survived", [""]
+        if kernels:
+            outcome, failed = run_tests(folder, _KERNEL_TESTS, compiles=False)
+        if outcome == "survived":
+            outcome, failed = run_tests(folder, known or tests_of(mutant.module))
     except RuntimeError:
         print((folder / "output.txt").read_text()[-2000:])
         raise
@@ -271,7 +281,6 @@ def main() -> int:
     given = options.parse_args()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import lmfit  # noqa: F401 - what every child would import
-    import numba  # noqa: F401
     import pint  # noqa: F401
     import scipy.interpolate
     import scipy.optimize

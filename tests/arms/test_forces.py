@@ -17,11 +17,13 @@ from ilg_circuit.arms.lattice import Model, cell_areas, model
 
 Array = NDArray[np.float64]
 
-PLANE = Plane((0.0, -0.1e-3), (0.1, 1.0), stiffness=50.0, damping=3.0)
+#: One that the first rods of a curved arm are in, and the others are not.
+PLANE = Plane((0.0, 3e-3), (0.1, 1.0), stiffness=50.0, damping=3.0)
 ARMS = {
     "beam": strip_arm(segments=4),
     "one segment": strip_arm(segments=1),
     "curved in water": replace(strip_arm(segments=5), fluid=Fluid(), tip_depth=2e-3, curvature=20.0, plane=PLANE),
+    "nearly all is drag": replace(strip_arm(segments=3), fluid=Fluid(density=1e6), youngs_modulus=1e3),
     "yekutieli": replace(OCTOPUS, segments=4),
 }
 
