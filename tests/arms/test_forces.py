@@ -23,7 +23,6 @@ ARMS = {
     "beam": strip_arm(segments=4),
     "one segment": strip_arm(segments=1),
     "curved in water": replace(strip_arm(segments=5), fluid=Fluid(), tip_depth=2e-3, curvature=20.0, plane=PLANE),
-    "nearly all is drag": replace(strip_arm(segments=3), fluid=Fluid(density=1e6), youngs_modulus=1e3),
     "yekutieli": replace(OCTOPUS, segments=4),
 }
 
@@ -79,9 +78,12 @@ def test_a_plane_pushes_and_never_pulls() -> None:
         assert not push.any()
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", [*ARMS, "drag alone"])
 def test_derivatives_are_those_of_the_forces(name: str) -> None:
-    m, q, v, a, p = state(ARMS[name])
+    arm = ARMS.get(name, replace(ARMS["curved in water"], plane=None))
+    m, q, v, a, p = state(arm)
+    if name not in ARMS:  # without what is so much stiffer that it hides drag
+        m, p = m._replace(spring=m.spring[:0], shear_stiffness=m.shear_stiffness[:0]), 0 * p
     count = len(q)
     S, D = np.zeros((count, 5, 4, 4)), np.zeros((count, 5, 4, 4))
     derivatives(m, q, v, a, p, S, D)
@@ -93,7 +95,7 @@ def test_derivatives_are_those_of_the_forces(name: str) -> None:
         return f
 
     direction = np.random.default_rng(5).standard_normal(q.shape)
-    for blocks, step, by_velocity in ((S, 1e-6 * ARMS[name].thickness, False), (D, 1e-6, True)):
+    for blocks, step, by_velocity in ((S, 1e-6 * arm.thickness, False), (D, 1e-6, True)):
         move = step * direction
         if by_velocity:
             difference = (total(q, v + move) - total(q, v - move)) / (2 * step)

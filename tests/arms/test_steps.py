@@ -153,7 +153,7 @@ def test_actuators_of_an_arm_that_stands_still_do_what_its_energy_gains() -> Non
     strains = np.random.default_rng(7).uniform(0.0, 0.02, (3, ARM.segments, 3))
     stored = np.zeros((2, 4))
     for k in (0, 1):
-        energies(SMALL, *run.states[0], strains[2 * k], stored[k])
+        energies(SMALL, run.states[0, 0], run.states[0, 1], strains[2 * k], stored[k])
     change = stored[1].sum() - stored[0].sum()
     accept(SMALL, run, 0.5, True, strains, np.zeros(ARM.segments))
     assert run.works[1, 0] == pytest.approx(change, rel=1e-9)
