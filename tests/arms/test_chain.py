@@ -11,7 +11,7 @@ import pytest
 import ilg_circuit as ilg
 from ilg_circuit.arms import Activation, Arm, Fluid, Plane, activation, run, simulate
 from ilg_circuit.arms.chain import Chain, Contact
-from ilg_circuit.arms.chain_motion import bends_of
+from ilg_circuit.arms.chain_motion import _between, bends_of
 from ilg_circuit.arms.lattice import mounted, strip_arm
 from ilg_circuit.arms.statics import equilibrium, lattice_error, natural_frequencies
 from ilg_circuit.errors import InputError
@@ -146,6 +146,14 @@ def test_a_start_is_kept_and_a_free_chain_keeps_its_energy() -> None:
     np.testing.assert_allclose(second.tip[1], motion.tip[4], atol=1e-7)
     rate = (motion.positions[3] - motion.positions[1]) / 2e-3
     np.testing.assert_allclose(motion.velocities[2], rate, atol=1e-3 * np.abs(rate).max())
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_what_acts_is_linear_between_its_times_and_constant_beyond(count: int) -> None:
+    times, values = np.array([0.0, 1.0, 1.5, 4.0])[:count], np.random.default_rng(2).normal(size=(count, 3))
+    at = _between(times, values)
+    for t in (-1.0, 0.0, 0.3, 1.0, 1.2, 1.5, 3.0, 4.0, 9.0):
+        assert at(t) == pytest.approx([np.interp(t, times, column) for column in values.T], abs=1e-14)
 
 
 def test_refusals() -> None:
