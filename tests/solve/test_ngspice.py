@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import textwrap
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -84,6 +85,24 @@ def test_each_of_two_external_sources_has_its_own_voltage() -> None:
     with session().loaded(text, float(GRID[-1]), ["out0", "out1"]) as run:
         found = run(GRID, voltages)
     assert found == pytest.approx(voltages[:, 1:] * (1 - np.exp(-GRID[1:])), abs=3e-4)
+
+
+def test_a_drive_that_is_told_as_the_run_goes_on() -> None:
+    """At each point after the first it reads what has been reached, and gives the next voltage, not the stated one."""
+    reads = []
+
+    def arrived(position: int, read: Callable[[str], float]) -> float:
+        if position:
+            reads.append(read("out"))
+        return 1.0
+
+    with session().loaded(RC.replace("V1 in 0 1.0", "Vdrive in 0 external"), float(GRID[-1]), ["out"]) as run:
+        (out,) = run(GRID, np.eye(1, len(GRID))[0], arrived)
+        with pytest.raises(SolveError, match="no vector nothing"):
+            run(GRID, np.zeros_like(GRID), lambda position, read: read("nothing") if position else 0.0)
+    assert out == pytest.approx(1 - np.exp(-GRID[1:]), abs=1e-4)
+    assert reads == out[: len(reads)].tolist()
+    assert len(reads) >= len(out) - 1
 
 
 BROKEN = {
