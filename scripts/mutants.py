@@ -179,7 +179,10 @@ def run_tests(
             return "late", []
         time.sleep(0.05)
     code = os.waitstatus_to_exitcode(ended[1])
-    if code not in (0, 1, 2) and code >= 0:  # 2: a module that cannot be imported any more; below 0: a crash
+    output = (folder / "output.txt").read_text(encoding="utf-8", errors="replace")
+    if code == 4 and "while loading conftest" in output:  # as 2: a module cannot be imported any more
+        return "killed", []
+    if code not in (0, 1, 2) and code >= 0:  # below 0: a crash
         raise RuntimeError(f"pytest ended with {code}, see {folder / 'output.txt'}")
     outcome = "survived" if code == 0 else "late" if code in (-signal.SIGXCPU, -signal.SIGKILL) else "killed"
     return outcome, (folder / "failed.txt").read_text(encoding="utf-8").splitlines()
