@@ -1,7 +1,7 @@
 """Records which functions of the engine each test calls, and how long it takes, for `mutants.py` to choose tests by.
 
 Each test file runs in a process of its own: those of the folders that test the engine closely (`FOLDERS`), which takes
-half an hour; all others would take two hours, and call the engine only as these do, and slowly. ``--state`` keeps one
+an hour; all others would take two hours, and call the engine only as these do, and slowly. ``--state`` keeps one
 line of JSON a file, and a later run records only files that are new or changed. Compiled kernels and what a test does
 in other processes are not seen.
 
