@@ -37,7 +37,7 @@ help:
 	@echo 'make docs-quick  the same without running the examples'
 	@echo 'make lint    checks style and types'
 	@echo 'make fuzz    runs 20000 random commands and 50000 damaged files; hours, goes on where it stopped'
-	@echo 'make mutants counts how many of 300 small faults in the engine the tests notice; hours, goes on likewise'
+	@echo 'make mutants counts how many of 300 small faults in the engine the tests notice; hours, later only what changed'
 	@echo 'make peers   installs other programs that the tests compare with'
 	@echo 'make bench   measures every figure that is stated again, beside its peers; most of an hour'
 	@echo 'make dist    builds the sdist, the wheel for every system and the one with ngspice for this Linux, into dist/'
@@ -72,7 +72,7 @@ fuzz: .venv/.stamp-dev
 
 mutants: .venv/.stamp-dev
 	$(bin)/python scripts/calls_of_tests.py --state calls_of_tests.jsonl
-	$(bin)/python scripts/mutants.py --state mutants.jsonl
+	$(bin)/python scripts/mutants.py
 
 # Other programs that answers are compared with; some of them do not install everywhere.
 peers: .venv/.stamp-dev

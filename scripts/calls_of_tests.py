@@ -1,14 +1,17 @@
 """Records which functions of the engine each test calls, and how long it takes, for `mutants.py` to choose tests by.
 
-Each test file runs in a process of its own. ``--state`` keeps one line of JSON a file, and a later run goes on from
-there. Compiled kernels and what a test does in other processes are not seen.
+Each test file runs in a process of its own: those of the folders that test the engine closely (`FOLDERS`), which takes
+an hour; all others would take two hours, and call the engine only as these do, and slowly. ``--state`` keeps one
+line of JSON a file, and a later run records only files that are new or changed. Compiled kernels and what a test does
+in other processes are not seen.
 
-usage: python scripts/calls_of_tests.py [--state calls_of_tests.jsonl] [--workers 2]
+usage: python scripts/calls_of_tests.py [--state calls_of_tests.jsonl] [--workers 2] [--folders solve,circuit,...]
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import multiprocessing
 import os
@@ -23,8 +26,8 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-#: Tests of what is shown and of the checks themselves; they call the engine only as other tests do, and slowly.
-_LEFT_OUT = ("docs", "window", "fuzz")
+#: Folders of tests whose files are recorded.
+FOLDERS = ("solve", "circuit", "fit", "arms", "strip", "simulation", "identification", "published", "report")
 
 Calls = dict[str, dict[str, Any]]
 
@@ -86,22 +89,33 @@ def recorded(file: str) -> tuple[str, Calls]:
 
 
 def read(state: Path) -> dict[str, Calls]:
-    """Return what was recorded, by test file."""
+    """Return what was recorded, by test file, of those that are as they were."""
     lines = state.read_text(encoding="utf-8").splitlines() if state.exists() else []
-    return {entry["file"]: entry["tests"] for entry in map(json.loads, lines)}
+    return {
+        entry["file"]: entry["tests"] for entry in map(json.loads, lines) if entry["text"] == text_of(entry["file"])
+    }
+
+
+def text_of(file: str) -> str:
+    """Return a hash of a file's text, "" where there is none."""
+    path = ROOT / file
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16] if path.exists() else ""
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--state", type=Path, default=ROOT / "calls_of_tests.jsonl")
     options.add_argument("--workers", type=int, default=2)
+    options.add_argument("--folders", default=",".join(FOLDERS))
     given = options.parse_args()
-    files = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / "tests").rglob("test_*.py"))]
-    missing = [f for f in files if f not in read(given.state) and Path(f).parent.name not in _LEFT_OUT]
+    paths = [p for folder in given.folders.split(",") for p in sorted((ROOT / "tests" / folder).rglob("test_*.py"))]
+    files = [path.relative_to(ROOT).as_posix() for path in paths]
+    known = read(given.state)
+    missing = [file for file in files if file not in known]
     with multiprocessing.get_context("spawn").Pool(given.workers, maxtasksperchild=1) as pool:
         for file, calls in pool.imap_unordered(recorded, missing, chunksize=1):
             with given.state.open("a", encoding="utf-8") as out:
-                out.write(json.dumps({"file": file, "tests": calls}) + "\n")
+                out.write(json.dumps({"file": file, "text": text_of(file), "tests": calls}) + "\n")
             print(f"{sum(c['seconds'] for c in calls.values()):6.1f} s  {file}", flush=True)
 
 

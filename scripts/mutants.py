@@ -1,22 +1,26 @@
 """Samples small faults in the engine's code, one at a time, and counts how many the tests notice.
 
 A fault is one operator, comparison, constant or sign changed. Each runs in a process of its own, on a copy of the
-repository, with only the tests that call its function, the shortest first, for as long as `ENOUGH` allows. Where none
-is recorded to call it, the test files run that import its module, then those of its room. The first test that fails
-ends it. ``--state`` keeps one line of JSON a mutant, and a later run goes on from there. Survivors that no test can or
-need tell from the code are listed with the reason in mutants.toml, by module and change.
+repository, with only the tests that call its function, those of its module's own test files before others, for as long
+as `ENOUGH` allows. Where none is recorded to call it, the test files run that import its module, then those of its
+room. The first test that fails ends it. In the end the tests that failed run once more without a fault: one that
+fails all the same has noticed nothing, and its mutants are undecided.
 
-usage: python scripts/mutants.py [--count 300] [--seed 0] [--state mutants.jsonl] [--rooms solve,circuit,fit,arms]
-                                 [--calls calls_of_tests.jsonl, from calls_of_tests.py]
+Which faults are chosen depends on each alone, so that a change of the code moves those in it and no others.
+``--state`` keeps one line of JSON for each, and it is taken from there as long as its function's code is the same,
+whatever else has changed. Survivors that no test can or need tell from the code are listed with the reason in
+mutants.toml, by module, code and change.
+
+usage: python scripts/mutants.py [--count 300] [--seed 0] [--state benchmarks/counted/mutants.jsonl]
+                                 [--rooms solve,circuit,fit,arms] [--calls calls_of_tests.jsonl, from calls_of_tests.py]
+                                 [--again] [--report]
 """
 
 from __future__ import annotations
 
 import argparse
-import ast
 import json
 import os
-import random
 import re
 import resource
 import shutil
@@ -26,132 +30,53 @@ import tempfile
 import time
 import tomllib
 import traceback
-from collections.abc import Iterator
+from collections import Counter
 from contextlib import chdir
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numba
+import pytest
 from calls_of_tests import Calls, read
+from faults import Mutant, mutants_of, mutated
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("solve", "circuit", "fit", "arms")
-#: Processor time [s] that the tests of a mutant may take; one that makes them endless is noticed.
-LONGEST = 300
 #: Processor time [s] of the tests that a mutant is tried on, where it is known which ones call its function.
-ENOUGH = 100
+ENOUGH = 60
+#: Processor time [s] that the tests of a mutant may take. Those known to take less than `ENOUGH` are endless by then,
+#: which is noticed; of others, and of those for which kernels were compiled anew, this is not said.
+LONGEST = 150
+#: Time [s] after which a mutant is left undecided, whatever its tests wait for.
+LATEST = 900
+#: How a mutant can end. What is undecided counts as not noticed.
+OUTCOMES = ("killed", "endless", "survived", "undecided")
+#: What tells a line of the state from the others.
+_NAMES = ("module", "function", "change", "nth", "tree")
+#: Tests of the compiled kernels alone, which are run first, and as plain Python: to compile them takes half a minute.
+_KERNEL_TESTS = [f"tests/arms/test_{name}.py" for name in ("forces", "explicit_kernels", "steps")]
 #: What tests need besides the package.
 _COPIED = (
     *("ilg_circuit", "tests", "data", "netlists", "pyproject.toml", "examples", "docs", "README.md", "scripts"),
     *("benchmarks", "CHANGELOG.md", "Makefile"),
 )
 
-_SWAPPED: dict[type[ast.AST], type[ast.AST]] = {
-    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult, ast.Mod: ast.Mult,
-    ast.FloorDiv: ast.Mult, ast.MatMult: ast.Sub, ast.And: ast.Or, ast.Or: ast.And, ast.Lt: ast.GtE, ast.LtE: ast.Gt,
-    ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
-    ast.In: ast.NotIn, ast.NotIn: ast.In, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
-}  # fmt: skip
 
+def sample(rooms: tuple[str, ...], count: int, seed: int) -> list[Mutant]:
+    """Return ``count`` mutants of the rooms, each as likely as any other.
 
-@dataclass(frozen=True)
-class Mutant:
-    """One fault: the ``module`` (its path in the repository), the ``line``, the code there and what it becomes."""
-
-    module: str
-    line: int
-    code: str
-    change: str
-    site: int
-
-
-def sites(tree: ast.Module) -> Iterator[ast.AST]:
-    """Yield the nodes that can be mutated: none in annotations, messages or what only a type checker reads."""
-    skipped = {id(part) for node in ast.walk(tree) for part in _unseen(node)}
-    stack: list[ast.AST] = [tree]
-    while stack:
-        node = stack.pop()
-        if id(node) in skipped:
-            continue
-        stack += reversed(list(ast.iter_child_nodes(node)))
-        number = isinstance(node, ast.Constant) and isinstance(node.value, (int, float))
-        negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.Not))
-        operated = isinstance(node, (ast.BinOp, ast.BoolOp, ast.AugAssign)) and type(node.op) in _SWAPPED
-        compared = isinstance(node, ast.Compare) and type(node.ops[0]) in _SWAPPED
-        if number or negative or operated or compared:
-            yield node
-
-
-def _unseen(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the children of a node in which no fault can be noticed."""
-    if isinstance(node, (ast.FunctionDef, ast.AnnAssign, ast.arg)):
-        for annotation in (getattr(node, "annotation", None), getattr(node, "returns", None)):
-            if annotation is not None:
-                yield annotation
-    if isinstance(node, ast.Raise) or (isinstance(node, ast.keyword) and node.arg == "strict"):
-        yield node
-    if isinstance(node, ast.FunctionDef):
-        yield from node.decorator_list
-    if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
-        yield node
-    if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and _is_type(node.value):
-        yield node.value
-
-
-def _is_type(value: ast.AST) -> bool:
-    """Tell whether a value is a type under another name, such as ``Run = Callable[...]``."""
-    return isinstance(value, ast.Subscript) and isinstance(value.value, ast.Name) and value.value.id[:1].isupper()
-
-
-def mutate(node: ast.AST) -> ast.AST:
-    """Return the node with its fault."""
-    if isinstance(node, ast.Constant):
-        value = node.value
-        assert isinstance(value, (bool, int, float))
-        changed = not value if isinstance(value, bool) else value + 1 if isinstance(value, int) else 2 * value or 1.0
-        return ast.copy_location(ast.Constant(changed), node)
-    if isinstance(node, ast.UnaryOp):
-        return node.operand
-    if isinstance(node, ast.Compare):
-        node.ops[:1] = [_SWAPPED[type(node.ops[0])]()]  # type: ignore[list-item]
-    else:
-        assert isinstance(node, (ast.BinOp, ast.BoolOp, ast.AugAssign))
-        node.op = _SWAPPED[type(node.op)]()  # type: ignore[assignment]
-    return node
-
-
-class _Change(ast.NodeTransformer):
-    def __init__(self, target: ast.AST) -> None:
-        self.target = target
-
-    def visit(self, node: ast.AST) -> ast.AST:
-        return mutate(node) if node is self.target else self.generic_visit(node)
-
-
-def mutated(source: str, site: int) -> tuple[str, Mutant]:
-    """Return the source with the fault at the ``site`` (its number), and what it is; the module is left open."""
-    tree = ast.parse(source)
-    node = list(sites(tree))[site]
-    line = getattr(node, "lineno", 0)
-    before = ast.unparse(node)
-    after = ast.unparse(mutate(list(sites(copy := ast.parse(source)))[site]))
-    del copy
-    changed = _Change(node).visit(tree)
-    code = source.splitlines()[line - 1].strip()
-    return ast.unparse(ast.fix_missing_locations(changed)), Mutant("", line, code, f"{before} -> {after}", site)
-
-
-def sample(rooms: tuple[str, ...], count: int, seed: int) -> list[tuple[str, int]]:
-    """Return ``count`` mutants as (module, site), every site of the rooms as likely as any other.
-
-    Those of the arm come last: after each its kernels are compiled anew.
+    Those of modules with compiled kernels come last: after each they are compiled anew.
     """
     found = []
     for room in rooms:
         for path in sorted((ROOT / "ilg_circuit" / room).rglob("*.py")):
-            name = path.relative_to(ROOT).as_posix()
-            found += [(name, k) for k, _ in enumerate(sites(ast.parse(path.read_text(encoding="utf-8"))))]
-    chosen = random.Random(seed).sample(found, min(count, len(found)))
-    return sorted(chosen, key=lambda one: one[0].startswith("ilg_circuit/arms/"))
+            found += mutants_of(path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8"))
+    found.sort(key=lambda one: one.order(seed))
+    return sorted(found[:count], key=lambda one: has_kernels(ROOT / one.module))
+
+
+def has_kernels(path: Path) -> bool:
+    """Tell whether a module has compiled kernels."""
+    return "\n@compiled" in path.read_text(encoding="utf-8")
 
 
 def tests_of(module: str) -> list[str]:
@@ -169,63 +94,98 @@ def tests_of(module: str) -> list[str]:
     return [path.relative_to(ROOT).as_posix() for path in near + far]
 
 
-def function_at(source: str, site: int) -> str:
-    """Return the name of the innermost function around a site, "" for one that runs as its module is imported."""
-    tree = ast.parse(source)
-    node = list(sites(tree))[site]
-    name = ""
-    for function in ast.walk(tree):  # outer ones before inner ones
-        body = getattr(function, "body", []) if isinstance(function, ast.FunctionDef) else []
-        if any(node is part for statement in body for part in ast.walk(statement)):
-            name = function.name if isinstance(function, ast.FunctionDef) else name
-    return name
+def callers(mutant: Mutant, calls: Calls) -> list[str]:
+    """Return the tests that call a mutant's function, or any of its module where it is in none: for `ENOUGH`.
 
-
-def callers(module: str, function: str, calls: Calls) -> list[str]:
-    """Return the tests that call a function, or any of its module where it is "": the shortest first, `ENOUGH`."""
-    named = f"{module}:{function}"
-    found = [
-        (float(test["seconds"]), name)
-        for name, test in calls.items()
-        if (named in test["functions"] if function else any(f.startswith(named) for f in test["functions"]))
-    ]
-    chosen: list[str] = []
+    They are chosen from its module's own test files first, and the shortest run first. Those of a compiled kernel are
+    not known: it is tried on the tests of `tests_of`, file by file.
+    """
+    name = mutant.function.rpartition(".")[2]
+    if name.lstrip("_")[:1].isupper():  # the body of a class
+        name = ""
+    called = f"{mutant.module}:{name}"
+    found = []
+    for test, one in calls.items():
+        if called in one["functions"] or (not name and any(f.startswith(called) for f in one["functions"])):
+            own = Path(mutant.module).stem in Path(test.partition("::")[0]).stem
+            found.append((0 if own else 1, float(one["seconds"]), test))
+    if not found:
+        place = {file: k for k, file in enumerate(tests_of(mutant.module))}
+        files = {test: test.partition("::")[0] for test in calls}
+        found = [(place[files[t]], float(one["seconds"]), t) for t, one in calls.items() if files[t] in place]
+    chosen: list[tuple[float, str]] = []
     spent = 0.0
-    for seconds, name in sorted(found):
+    for _, seconds, test in sorted(found):
         spent += seconds
         if chosen and spent > ENOUGH:
             break
-        chosen.append(name)
-    return chosen
+        chosen.append((seconds, test))
+    return [test for _, test in sorted(chosen)]
 
 
-def run_tests(folder: Path, files: list[str]) -> str:
-    """Run tests or test files in a process forked from this one; return "killed", "survived", or "endless".
+class _Failed:
+    """Plugin of pytest: writes the names of what fails into a file."""
 
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.path.write_text("", encoding="utf-8")
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self._note(report)
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        self._note(report)
+
+    def _note(self, report: pytest.TestReport | pytest.CollectReport) -> None:
+        if report.failed:
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(report.nodeid + "\n")
+
+
+def run_tests(
+    folder: Path, files: list[str], longest: int = LONGEST, *, compiles: bool = True
+) -> tuple[str, list[str]]:
+    """Run tests or test files in a process forked from this one, until one fails or the ``longest`` processor time.
+
+    Return "killed", "survived", or "late", and the tests or files that failed; where there is no limit, to the end.
     Raises RuntimeError where they could not be run at all.
     """
     child = os.fork()
     if child == 0:
+        os.setsid()
         quiet = os.open(folder / "output.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(quiet, 1)
         os.dup2(quiet, 2)
-        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 10))
+        if longest:
+            resource.setrlimit(resource.RLIMIT_CPU, (longest, longest + 10))
         code = 99
         try:
             sys.path[:0] = [str(folder)]
             os.environ["PYTHONPATH"] = str(folder)
+            numba.config.DISABLE_JIT = not compiles  # type: ignore[attr-defined]
             with chdir(folder):
-                import pytest
-
-                code = int(pytest.main(["-q", "-x", "-p", "no:cacheprovider", *files]))
+                stop = ["-x"] if longest else []
+                options = ["-q", *stop, "-p", "no:cacheprovider", *files]
+                code = int(pytest.main(options, plugins=[_Failed(folder / "failed.txt")]))
         except BaseException:  # the child must end here, whatever happens
             traceback.print_exc()
         sys.stderr.flush()
         os._exit(code)
-    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    if code not in (0, 1, 2) and code >= 0:  # 2: a module that cannot be imported any more; below 0: a crash
+    begin = time.monotonic()
+    while not (ended := os.waitpid(child, os.WNOHANG))[0]:
+        if longest and time.monotonic() - begin > LATEST:
+            os.killpg(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            return "late", []
+        time.sleep(0.05)
+    code = os.waitstatus_to_exitcode(ended[1])
+    output = (folder / "output.txt").read_text(encoding="utf-8", errors="replace")
+    if code == 4 and "while loading conftest" in output:  # as 2: a module cannot be imported any more
+        return "killed", []
+    if code not in (0, 1, 2) and code >= 0:  # below 0: a crash
         raise RuntimeError(f"pytest ended with {code}, see {folder / 'output.txt'}")
-    return "survived" if code == 0 else "endless" if code == -signal.SIGXCPU else "killed"
+    outcome = "survived" if code == 0 else "late" if code in (-signal.SIGXCPU, -signal.SIGKILL) else "killed"
+    return outcome, (folder / "failed.txt").read_text(encoding="utf-8").splitlines()
 
 
 def reasons() -> dict[tuple[str, str, str], str]:
@@ -234,68 +194,125 @@ def reasons() -> dict[tuple[str, str, str], str]:
     return {(s["module"], s["code"], s["change"]): s["reason"] for s in table.get("survivor", [])}
 
 
-def report(results: list[dict[str, object]]) -> int:
-    """Print how many were noticed, and the survivors; return 1 where too many survive without a reason."""
+def report(results: list[tuple[Mutant, str]]) -> int:
+    """Print how many were noticed, and the survivors; return 1 where too many survive, or one without a reason."""
     known = reasons()
-    survivors = [r for r in results if r["outcome"] == "survived"]
-    for r in survivors:
-        why = known.get((str(r["module"]), str(r["code"]), str(r["change"])), "no reason given")
-        print(f"{r['module']}:{r['line']}: {r['change']}    in: {r['code']}\n    {why}")
-    share = 1 - len(survivors) / max(len(results), 1)
-    print(f"{len(results)} mutants, {len(survivors)} survived, {100 * share:.1f} % noticed")
-    return 0 if share >= 0.85 else 1
+    open_ends = 0
+    for mutant, outcome in results:
+        if outcome in ("survived", "undecided"):
+            why = known.get((mutant.module, mutant.code, mutant.change))
+            open_ends += why is None
+            print(f"{outcome}  {mutant.module}:{mutant.line}: {mutant.change}    in: {mutant.code}")
+            print(f"    {why or 'no reason given'}")
+    count = Counter(outcome for _, outcome in results)
+    share = (count["killed"] + count["endless"]) / max(len(results), 1)
+    each = ", ".join(f"{count[outcome]} {outcome}" for outcome in OUTCOMES)
+    print(f"{len(results)} mutants: {each}; {open_ends} without a reason; {100 * share:.1f} % noticed")
+    return 0 if share >= 0.85 and not open_ends else 1
+
+
+def read_state(path: Path) -> dict[tuple[object, ...], dict[str, str]]:
+    """Return the outcomes kept and the tests that failed, by mutant and the hash of its code."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return {tuple(r[name] for name in _NAMES): {n: r[n] for n in ("outcome", "by")} for r in map(json.loads, lines)}
+
+
+def write_state(path: Path, found: dict[tuple[object, ...], dict[str, str]]) -> None:
+    """Keep what was found, besides what the file has, in an order that does not depend on when."""
+    kept = read_state(path) | found
+    lines = [json.dumps(dict(zip(_NAMES, name, strict=True)) | kept[name]) for name in kept]
+    fresh = path.with_suffix(".new")
+    fresh.write_text("".join(line + "\n" for line in sorted(lines)), encoding="utf-8")
+    fresh.replace(path)
+
+
+def copied(folder: Path) -> None:
+    """Copy what tests need into a new folder, and have beside it what they find beside the repository."""
+    folder.mkdir()
+    if (ROOT.parent / "shared").exists():
+        (folder.parent / "shared").symlink_to(ROOT.parent / "shared")
+    for part in _COPIED:
+        source = ROOT / part
+        if source.is_dir():
+            shutil.copytree(source, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
+        elif source.exists():
+            shutil.copy2(source, folder / part)
+
+
+def outcome_of(mutant: Mutant, folder: Path, calls: Calls) -> dict[str, str]:
+    """Make the fault in the copy of the repository in ``folder``, run the tests that concern it, and mend it."""
+    path = folder / mutant.module
+    source, kernels = path.read_text(encoding="utf-8"), has_kernels(path)
+    then = path.stat().st_mtime
+    path.write_text(mutated(source, mutant.site), encoding="utf-8")
+    if not kernels:  # they stay compiled where no file beside theirs is new; no two faults have the same time
+        os.utime(path, (then, then - 1 - mutant.site))
+    known = callers(mutant, calls)
+    try:
+        outcome, failed = "survived", [""]
+        if kernels:
+            outcome, failed = run_tests(folder, _KERNEL_TESTS, compiles=False)
+        if outcome == "survived":
+            outcome, failed = run_tests(folder, known or tests_of(mutant.module))
+    except RuntimeError:
+        print((folder / "output.txt").read_text()[-2000:])
+        raise
+    path.write_text(source, encoding="utf-8")
+    if not kernels:
+        os.utime(path, (then, then))
+    spent = sum(float(calls[test]["seconds"]) for test in known)
+    if outcome == "late":
+        outcome = "endless" if known and spent <= ENOUGH and not kernels else "undecided"
+    return {"outcome": outcome, "by": failed[0] if failed else ""}
+
+
+def mistaken(folder: Path, found: list[dict[str, str]]) -> set[str]:
+    """Return the tests among those that failed which fail without a fault too."""
+    tests = sorted({one["by"] for one in found if one["by"]})
+    return set(run_tests(folder, tests, longest=0)[1]) if tests else set()
 
 
 def main() -> int:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--count", type=int, default=300)
     options.add_argument("--seed", type=int, default=0)
-    options.add_argument("--state", type=Path, default=ROOT / "mutants.jsonl")
+    options.add_argument("--state", type=Path, default=ROOT / "benchmarks" / "counted" / "mutants.jsonl")
     options.add_argument("--rooms", default=",".join(ROOMS))
     options.add_argument("--calls", type=Path, default=ROOT / "calls_of_tests.jsonl")
     options.add_argument("--again", action="store_true", help="run the survivors of the state once more")
+    options.add_argument("--report", action="store_true", help="say what the state has, and run none")
     given = options.parse_args()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import lmfit  # noqa: F401 - what every child would import
-    import numba  # noqa: F401
     import pint  # noqa: F401
-    import pytest  # noqa: F401
     import scipy.interpolate
     import scipy.optimize
     import scipy.stats  # noqa: F401
 
-    lines = given.state.read_text(encoding="utf-8").splitlines() if given.state.exists() else []
-    results = {(r["module"], r["site"]): r for r in map(json.loads, lines)}
+    state = read_state(given.state)
     calls = {name: test for tests in read(given.calls).values() for name, test in tests.items()}
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for part in _COPIED:
-            source = ROOT / part
-            if source.is_dir():
-                shutil.copytree(source, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
-            elif source.exists():
-                shutil.copy(source, folder / part)
-        for module, site in sample(tuple(given.rooms.split(",")), given.count, given.seed):
-            if (module, site) in results and not (given.again and results[module, site]["outcome"] == "survived"):
-                continue
-            source_text = (ROOT / module).read_text(encoding="utf-8")
-            text, found = mutated(source_text, site)
-            (folder / module).write_text(text, encoding="utf-8")
+    chosen = [
+        (mutant, (*mutant.key, mutant.tree))
+        for mutant in sample(tuple(given.rooms.split(",")), given.count, given.seed)
+    ]
+    again = ("survived", "undecided") if given.again else ()
+    wanted = [(m, n) for m, n in chosen if n not in state or state[n]["outcome"] in again]
+    found = {}
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / ROOT.name
+        copied(folder)
+        for mutant, name in [] if given.report else wanted:
             begin = time.monotonic()
-            tests = callers(module, function_at(source_text, site), calls) or tests_of(module)
-            try:
-                outcome = run_tests(folder, tests)
-            except RuntimeError:
-                print((folder / "output.txt").read_text()[-2000:])
-                raise
-            (folder / module).write_text(source_text, encoding="utf-8")
-            took = round(time.monotonic() - begin, 1)
-            entry = asdict(found) | {"module": module, "outcome": outcome, "seconds": took}
-            results[module, site] = entry
-            with given.state.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(entry) + "\n")
-            print(f"{outcome:<9}{took:6.1f} s  {module}:{found.line}: {found.change[:100]}", flush=True)
-    return report(list(results.values()))
+            found[name] = outcome_of(mutant, folder, calls)
+            write_state(given.state, {name: found[name]})
+            took = f"{found[name]['outcome']:<9}{time.monotonic() - begin:6.1f} s"
+            print(f"{took}  {mutant.module}:{mutant.line}: {mutant.change[:100]}", flush=True)
+        wrong = mistaken(folder, list(found.values()))
+        for name in [name for name, one in found.items() if one["by"] in wrong]:
+            print(f"{found[name]['by']} fails without a fault")
+            write_state(given.state, {name: {"outcome": "undecided", "by": ""}})
+    state = read_state(given.state)
+    return report([(mutant, state[name]["outcome"]) for mutant, name in chosen if name in state])
 
 
 if __name__ == "__main__":

@@ -72,7 +72,7 @@ def _fastest(m: Model, q: Array, a: Array, *, by_velocity: bool) -> float:
     for _ in range(60):
         probe[0] = 0.0
         size = float(np.linalg.norm(probe))
-        if size == 0 or not math.isfinite(size):
+        if not math.isfinite(size):
             break
         probe *= 1e-6 * math.sqrt(m.area[0]) / size
         acceleration(m, q if by_velocity else q + probe, probe if by_velocity else zero, a, p, moved, work)

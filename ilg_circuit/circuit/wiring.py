@@ -55,9 +55,6 @@ def wiring(electrodes: Electrodes, driven: Sequence[str], opened: Sequence[str] 
         taken[plus] = key
         if key not in opened:
             sources.append(((plus,), minus))
-    chained = [minus for (plus,), minus in sources if minus != GROUND and minus in taken]
-    if any(minus == other for minus in chained for (plus,), other in sources if plus in chained):
-        raise InputError("sources between pairs of segments form a ring; leave one of them out")
     left = tuple(_pins(key, electrodes)[0] for key in opened)
     return Wiring(tuple(sources), left)
 

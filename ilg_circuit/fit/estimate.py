@@ -124,10 +124,12 @@ class Estimate:
         return self if self.interval is None else replace(self, stderr=self.reported[0])
 
     def __repr__(self) -> str:
-        """Return value, standard error and interval with units, or why it was held."""
+        """Return value, standard error and interval with units, those that there are, or why it was held."""
         value, interval = format_quantity(self.value, self.unit, 6), self.interval
-        if interval is None:
+        if self.stderr is None or (interval is None and self.fixed_because):
             return f"<Estimate {value}, {self.fixed_because or 'error not known'}>"
+        if interval is None:
+            return f"<Estimate {value}, standard error {format_quantity(self.stderr, self.unit, 2)}>"
         error, (low, high) = format_quantity(self.reported[0], self.unit, 2), interval
         ends = f"{format_quantity(low, self.unit, 5)} to {format_quantity(high, self.unit, 5)}"
         return f"<Estimate {value}, standard error {error}, 95 % interval {ends}>"

@@ -91,7 +91,7 @@ def _tiles(length: float, rates: Array, decays: Array) -> Array:
     """Return widths that fill a smooth piece, each the length over a power of two and aligned to it."""
     with np.errstate(divide="ignore"):
         widest = _FINENESS / rates
-    levels = max(math.ceil(math.log2(length / min(float(widest.min()), length))), 0)
+    levels = math.ceil(math.log2(length / min(float(widest.min()), length)))
     if levels > 60:
         _refuse(length, rates)
     unit, whole = length / 2**levels, 2**levels

@@ -10,8 +10,8 @@ import pytest
 
 import ilg_circuit as ilg
 from ilg_circuit.arms import Activation, Arm, Fluid, Plane, activation, run, simulate
-from ilg_circuit.arms.chain import Chain
-from ilg_circuit.arms.chain_motion import bends_of
+from ilg_circuit.arms.chain import Chain, Contact
+from ilg_circuit.arms.chain_motion import _between, bends_of
 from ilg_circuit.arms.lattice import mounted, strip_arm
 from ilg_circuit.arms.statics import equilibrium, lattice_error, natural_frequencies
 from ilg_circuit.errors import InputError
@@ -87,6 +87,27 @@ def test_energies_balance_with_everything_that_acts() -> None:
     assert motion.edge_forces.shape == (31, n, 2)
 
 
+@pytest.mark.parametrize("place", [0.9, 0.37])
+def test_energies_change_by_what_actuators_do_less_what_is_lost(place: float) -> None:
+    """With a mass, a spring and a dashpot at a place, a weight at the end, drag, and a plane that is touched."""
+    draw, n = np.random.default_rng(5), 5
+    angles, rates, bends, bending = draw.normal(0, 0.5, (4, n))
+    chain = Chain(
+        *draw.uniform([[0.1], [0.5], [0.7], [0.01]], [[0.3], [1.0], [1.4], [0.02]], (4, n)),
+        base=0.3, loss=0.2, weight=1 - 2j, drag=draw.uniform(0.5, 1.0, (n, 2)),
+        contact=Contact(0.5j, np.exp(1.2j), 30.0, 0.1), place=place, load=(0.4, 3.0, 0.7), rest=0.2, pull=0.4 - 0.3j,
+    )  # fmt: skip
+    faster = chain.accelerations(angles, rates, bends)
+    step = 1e-6
+    after, before = (
+        chain.energies(angles + h * rates + h**2 * faster / 2, rates + h * faster, bends + h * bending).sum()
+        for h in (step, -step)
+    )
+    powers = chain.powers(angles, rates, bends, bending)
+    assert (np.abs(powers) > 1e-3).all()
+    assert (after - before) / (2 * step) == pytest.approx(powers[0] - powers[1:].sum(), rel=1e-7)
+
+
 def test_at_rest_the_faces_carry_weight_and_moment() -> None:
     n = 8
     arm = mounted(beam(n, youngs_modulus=2e6), "hanging")
@@ -125,6 +146,14 @@ def test_a_start_is_kept_and_a_free_chain_keeps_its_energy() -> None:
     np.testing.assert_allclose(second.tip[1], motion.tip[4], atol=1e-7)
     rate = (motion.positions[3] - motion.positions[1]) / 2e-3
     np.testing.assert_allclose(motion.velocities[2], rate, atol=1e-3 * np.abs(rate).max())
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_what_acts_is_linear_between_its_times_and_constant_beyond(count: int) -> None:
+    times, values = np.array([0.0, 1.0, 1.5, 4.0])[:count], np.random.default_rng(2).normal(size=(count, 3))
+    at = _between(times, values)
+    for t in (-1.0, 0.0, 0.3, 1.0, 1.2, 1.5, 3.0, 4.0, 9.0):
+        assert at(t) == pytest.approx([np.interp(t, times, column) for column in values.T], abs=1e-14)
 
 
 def test_refusals() -> None:

@@ -156,6 +156,16 @@ def test_the_reach_straightens_the_arm() -> None:
     assert motion.method == "explicit"
 
 
+def test_a_cell_is_half_stiff_when_the_middle_of_the_front_has_come_to_its_own_middle() -> None:
+    duration, bend, speed, front, n = 2.5, 0.6, 0.3, 0.06, OCTOPUS.segments
+    wave = stiffening_wave(OCTOPUS, duration, bend=bend, speed=speed, front=front)
+    for k in (0, 3, n - 1):
+        reached = bend + ((k + 0.5) * OCTOPUS.length / n + front / 2) / speed
+        assert reached < duration
+        assert np.interp(reached, wave.time, wave.values[:, k, 1]) == pytest.approx(0.5, abs=1e-3)
+    assert (wave.values[wave.time <= bend, :, 1] == 0).all()
+
+
 def test_drag_and_the_plane_take_energy(light: Arm) -> None:
     plane = Plane((0.0, -2e-3), (0.0, 1.0), stiffness=1.0, damping=50.0)
     arm = replace(light, gravity=(0.0, -0.5), plane=plane, segments=8)
@@ -175,6 +185,9 @@ def test_the_method_is_chosen_by_stiffness() -> None:
     # the fastest rates: the longitudinal wave's and faster; Kelvin-Voigt decay is damping times their square
     rates = stiffness(gel, passive(gel))
     assert rates.decay == pytest.approx(gel.damping * rates.oscillation**2, rel=0.05)
+    # without damping areas alone decay: as exp(-beta t) (1 + beta t)
+    loose = replace(gel, damping=0.0)
+    assert stiffness(loose, passive(gel)).decay == pytest.approx(2 * gel.stabilisation)
 
 
 def test_steps_pass_over_samples_of_something_smooth(light: Arm) -> None:

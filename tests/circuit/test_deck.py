@@ -77,6 +77,14 @@ def test_every_element_is_in_the_deck(tip: str, beam: str) -> None:
             assert line.split()[1 : 1 + len(element.nodes)] == list(element.nodes)
 
 
+@pytest.mark.parametrize("bends", [True, False])
+def test_what_another_program_puts_into_inductors_is_told_where_there_are_any(bends: bool) -> None:
+    """The beam and its coupling have inductors; the electrical port has none."""
+    lines = text_of(PAPER if bends else replace(PAPER, coupling=None), "step:4V", 300.0).splitlines()
+    assert any(line.startswith("L") for line in lines) == bends
+    assert any("Rser=0" in line for line in lines) == bends
+
+
 def test_outputs_that_are_always_zero_are_left_out() -> None:
     assert "out_force" not in text_of(PAPER, "step:4V", 300.0)
     clamped = text_of(PAPER, "step:4V", 300.0, tip="clamped")

@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
-from spice import MODELS, MOUNTED, gnucap, ngspice, with_gnucap, with_ngspice
+from spice import LINEAR, MODELS, MOUNTED, gnucap, ngspice, with_gnucap, with_ngspice
 
 from ilg_circuit.circuit import Load, strip_netlist
 from ilg_circuit.circuit.deck import deck
 from ilg_circuit.circuit.library import library
+from ilg_circuit.circuit.operating_point import with_operating_point
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.simulation.impedance import impedance
 from ilg_circuit.solve.transient import transient
@@ -234,3 +235,12 @@ def test_gnucap_under_every_analysis(which: str, tmp_path: Path) -> None:
     for tran in trans:
         late = tran[tran[:, 0] > 0.999][::5]
         agree(dict(zip(names, late.T[1:], strict=True)), moving(strip, late[:, 0], BIAS), 1e-3, ".tran")
+
+
+@pytest.mark.parametrize("name", [name for name in MODELS if name not in LINEAR])
+def test_a_run_from_a_rest_under_a_voltage_starts_with_the_tip_where_that_holds_it(name: str) -> None:
+    lumped = lumped_elements(MODELS[name])
+    assert lumped.coupling
+    held = lumped.bending_ratio * lumped.coupling.static * lumped.port.inner_voltage(BIAS)
+    way = next(e for e in with_operating_point(strip_netlist(MODELS[name], rest=BIAS)).elements if e.name == "Cway")
+    assert way.start * UNITS["v(x1.way)"] == pytest.approx(held, rel=1e-9)

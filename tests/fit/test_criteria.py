@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from ilg_circuit.fit.criteria import integrated_time, parts_by_time, samples_for_bic
+from ilg_circuit.fit.criteria import integrated_time, parts_by_time, residual_windows, samples_for_bic
 
 
 def ar1(phi: float, count: int, seed: int) -> NDArray[np.float64]:
@@ -43,6 +43,13 @@ def test_a_record_s_fast_part_does_not_drown_in_its_drift() -> None:
     assert sum(map(len, parts)) == len(t)
     assert np.array_equal(np.concatenate(parts), residuals)
     assert samples_for_bic(parts) > 70 > 40 > samples_for_bic([residuals])
+
+
+def test_parts_are_what_was_before_the_onset_and_then_the_windows() -> None:
+    t = np.arange(-20, 10000) / 100
+    windows = residual_windows(t, t, t[-1])
+    assert [len(part) for part in parts_by_time(t, t)] == [20, *(window.count for window in windows)]
+    assert [part[0] for part in parts_by_time(t, t)[2:]] == [t[t >= window.start][0] for window in windows[1:]]
 
 
 @given(arrays(np.float64, st.integers(1, 60), elements=st.floats(-1e3, 1e3)))

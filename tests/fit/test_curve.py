@@ -37,6 +37,13 @@ def test_a_line_is_linear_regression() -> None:
     assert found.bic - found.aic == pytest.approx(2 * (np.log(40) - 2))
 
 
+def test_a_line_through_three_points_has_one_degree_of_freedom() -> None:
+    """What is left over is (1, -2, 1)/6 times the second difference, here 6: its squares, 6, are the variance."""
+    found = fit_curve(lambda x, a, b: a + b * x, np.array([-1.0, 0.0, 1.0]), np.array([0.0, 0.0, 6.0]), [0, 0])
+    assert found.degrees_of_freedom == 1
+    assert found.errors == pytest.approx([np.sqrt(6 / 3), np.sqrt(6 / 2)])
+
+
 def test_weights() -> None:
     sigma = np.where(np.arange(40) % 2, 0.01, 1.0)
     y = decay(X, 3, 0.5) + sigma * NOISE

@@ -80,3 +80,9 @@ def test_open_ends_are_told_in_words(ends: tuple[float, float], text: str) -> No
     p = Estimate(1.5, "ohm", 0.5, (1.0, 2.0), ci95_profile=ends, method="profile")
     assert interval_text(p) == text
     assert json.loads(json.dumps(p.to_dict(), allow_nan=False))["ci95_profile"][0] == ends[0]
+
+
+@pytest.mark.parametrize("ends", [(1.0, 2.0), (1.0, float("inf")), (0.0, 2.0)])
+def test_an_interval_is_read_from_a_fit_as_it_was_written(ends: tuple[float, float]) -> None:
+    p = Estimate(1.5, "ohm", 0.5, ends, ci95_profile=ends, method="profile")
+    assert Estimate.from_dict(json.loads(json.dumps(p.to_dict()))) == p

@@ -118,11 +118,15 @@ def test_parameters_by_name(step_fit: Identification, spectrum_fit: Identificati
 
 def test_an_estimate_quotes_the_error_that_allows_for_autocorrelation() -> None:
     plain = Estimate(2.0, "F", 0.1, (1.8, 2.2))
-    wider = replace(plain, autoregression=0.3, ci95_autoregression=(1.4, 2.6), method="autoregression")
+    wider = replace(plain, autoregression=0.3, ci95_autoregression=(1.412345, 2.612345), method="autoregression")
     assert (plain.quoted.stderr, plain.interval) == (0.1, (1.8, 2.2))
-    assert (wider.quoted.stderr, wider.interval) == (0.3, (1.4, 2.6))
-    assert repr(wider) == "<Estimate 2 F, standard error 300 mF, 95 % interval 1.4 F to 2.6 F>"
+    assert (wider.quoted.stderr, wider.interval) == (0.3, (1.412345, 2.612345))
+    assert repr(wider) == "<Estimate 2 F, standard error 300 mF, 95 % interval 1.4123 F to 2.6123 F>"
     assert repr(Estimate(2.0, "F", fixed_because="held at 2 F")) == "<Estimate 2 F, held at 2 F>"
+    assert repr(Estimate(2.0, "F")) == "<Estimate 2 F, error not known>"
+    bare = Estimate(2.0, "F", 0.1)  # such as a drift's, which has no interval
+    assert repr(bare) == "<Estimate 2 F, standard error 100 mF>"
+    assert bare.quoted == bare
 
 
 def test_a_fitted_curve_by_name() -> None:

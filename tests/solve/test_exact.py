@@ -149,6 +149,25 @@ def test_constant_sources_drive_too() -> None:
     assert waves.output("v") == pytest.approx(7 * (1 - np.exp(-t)), abs=1e-10)
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-13, 1e-9, 1e-4])
+def test_a_sine_at_or_beside_an_undamped_resonance(off: float) -> None:
+    """Of 0.5 H and 0.5 F, t in half seconds: (sin t - t cos t)/2 at resonance, beside it the difference quotient.
+
+    The quotient is of sin(w t) - w sin(t) by 1 - w^2, to be had without cancelling: its Taylor polynomial in w - 1.
+    """
+    elements = (
+        Element("Vdrive", ("in", "0"), 0.0),
+        Element("L1", ("in", "a"), 0.5),
+        Element("C1", ("a", "0"), 0.5),
+    )
+    net = Netlist("resonance", elements, (Output("v", "V", (("v(a)", 1.0),)),))
+    t = np.linspace(0, 20, 101)
+    waves = transient(net, parse_drive(f"sine:1V,{(1 + off) / np.pi!r}Hz", 10.0), t / 2, engine="exact")
+    slopes = (t * np.cos(t) - np.sin(t), -(t**2) * np.sin(t), -(t**3) * np.cos(t))  # of the numerator by w, at 1
+    expected = -(slopes[0] + slopes[1] * off / 2 + slopes[2] * off**2 / 6) / (2 + off)
+    assert waves.output("v") == pytest.approx(expected, abs=1e-8)
+
+
 @pytest.mark.parametrize("times", [[], [[0.0, 1.0]], [-1.0, 1.0], [0.0, np.nan], [0.0, np.inf], [1.0, 1.0], [1.0, 0.5]])
 @pytest.mark.parametrize("engine", ["exact", "ngspice"])
 def test_bad_times(engine: str, times: list[float]) -> None:

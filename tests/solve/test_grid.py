@@ -12,7 +12,7 @@ from ilg_circuit.circuit import strip_netlist
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.simulation.drives import parse_drive
-from ilg_circuit.solve.grid import Grid, design_grid
+from ilg_circuit.solve.grid import Grid, design_grid, representatives
 from ilg_circuit.solve.state_space import state_space
 from ilg_circuit.strip.actuator import PAPER
 
@@ -113,3 +113,15 @@ def test_nodes_at_bends_are_apart_from_all_others(bends: list[tuple[float, float
     assert np.diff(bent.nodes).min() >= min(np.diff(grid.nodes).min(), 1e-12 * 95.0)
     finest = np.diff(bent.nodes)[np.isin(bent.nodes[1:], times) | np.isin(bent.nodes[:-1], times)]
     assert (finest > 1e-13 * 95.0).all()
+
+
+def test_a_few_modes_stand_for_many_as_fast_and_no_sooner_gone() -> None:
+    draw = np.random.default_rng(8)
+    modes = -(10 ** draw.uniform(-2, 3, 400)) * np.exp(1j * draw.uniform(-1.5, 1.5, 400))
+    few = representatives(modes)
+    assert len(few) <= 51  # five decades, by tenths
+    assert np.abs(few).max() == pytest.approx(np.abs(modes).max(), rel=1e-12)
+    for mode in modes:
+        near = few[np.abs(np.log10(np.abs(few) / abs(mode))) < 0.1]
+        assert ((np.abs(near) >= abs(mode) * (1 - 1e-12)) & (near.real >= mode.real)).any()
+    assert (representatives(modes[:24]) == modes[:24]).all()

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import textwrap
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -74,6 +75,34 @@ def test_halving_the_steps_quarters_the_error() -> None:
         errors.append(np.abs(out - (1 - np.exp(-grid[1:]))).max())
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.02)
     assert errors[1] / errors[2] == pytest.approx(4, rel=0.02)
+
+
+def test_each_of_two_external_sources_has_its_own_voltage() -> None:
+    text = ".title two\n" + "".join(
+        f"Vdrive_{k} in{k} 0 external\nR{k} in{k} out{k} 2.0\nC{k} out{k} 0 0.5 ic=0.0\n" for k in (0, 1)
+    )
+    voltages = np.outer([1.0, -3.0], np.ones_like(GRID))
+    with session().loaded(text, float(GRID[-1]), ["out0", "out1"]) as run:
+        found = run(GRID, voltages)
+    assert found == pytest.approx(voltages[:, 1:] * (1 - np.exp(-GRID[1:])), abs=3e-4)
+
+
+def test_a_drive_that_is_told_as_the_run_goes_on() -> None:
+    """At each point after the first it reads what has been reached, and gives the next voltage, not the stated one."""
+    reads = []
+
+    def arrived(position: int, read: Callable[[str], float]) -> float:
+        if position:
+            reads.append(read("out"))
+        return 1.0
+
+    with session().loaded(RC.replace("V1 in 0 1.0", "Vdrive in 0 external"), float(GRID[-1]), ["out"]) as run:
+        (out,) = run(GRID, np.eye(1, len(GRID))[0], arrived)
+        with pytest.raises(SolveError, match="no vector nothing"):
+            run(GRID, np.zeros_like(GRID), lambda position, read: read("nothing") if position else 0.0)
+    assert out == pytest.approx(1 - np.exp(-GRID[1:]), abs=1e-4)
+    assert reads == out[: len(reads)].tolist()
+    assert len(reads) >= len(out) - 1
 
 
 BROKEN = {

@@ -264,6 +264,9 @@ def test_the_package_integrates_the_same_equations() -> None:
         port = port_of(model, 5.0, **(LADDER if "warburg" in model else {}))
         found = np.array(port_response(port, DRIVES[drive], t))
         assert found == pytest.approx(integrated(port, DRIVES[drive], t), abs=1e-8)
+        assert np.array(port_response(port, DRIVES[drive], t[:1])) == pytest.approx(
+            found[:, :1], rel=1e-12
+        )  # the start
 
 
 def test_topologies_tell_laws_apart() -> None:

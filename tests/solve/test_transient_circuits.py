@@ -35,6 +35,22 @@ def test_many_at_once_are_each_alone_and_in_order(engine: str) -> None:
         assert together.output("current", k) == pytest.approx(together.values[k, 0], abs=0)
 
 
+def test_an_error_that_no_grid_shows_is_stated_as_rounding() -> None:
+    """A divider's voltage is the same on every grid; thousands of steps round what is computed in them."""
+    elements = (
+        Element("Vdrive", ("in", "0"), 0.0),
+        Element("R1", ("in", "a"), 2.0),
+        Element("R2", ("a", "0"), 1.0),
+        Element("R3", ("in", "b"), 3.0),
+        Element("C3", ("b", "0"), 1.0),
+    )
+    net = Netlist("divider", elements, (Output("v", "V", (("v(a)", 1.0),)),))
+    waves = transient(net, parse_drive("step:1V", 5.0), np.linspace(0, 5, 11))
+    assert waves.engine == "ngspice"
+    assert waves.output("v") == pytest.approx(np.full(11, 1 / 3), rel=1e-14)
+    assert 1e-13 < waves.errors.max() < 1e-11
+
+
 def test_more_than_one_batch() -> None:
     values = np.linspace(10.0, 30.0, 130)
     nets = [electrical_netlist(600.0, ((float(r), 0.3),), 1.0) for r in values]
