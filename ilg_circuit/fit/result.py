@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array
+from ..quantiles import student
 from ..result import Column, Curve, Result
 from .criteria import likelihood
 from .estimate import Estimate, Estimated
@@ -148,9 +149,7 @@ class FitResult(Estimated, Result):
 
         The ends respect the parameter's limits; the interval of a resistance is the inverse of its conductance's.
         """
-        from scipy.stats import t as student
-
-        middle, half = self.coordinates, student.ppf(0.975, freedom) * errors / self.units
+        middle, half = self.coordinates, student(0.975, freedom) * errors / self.units
         return np.column_stack([self.problem.scales.values(middle + sign * half) for sign in (-1.0, 1.0)])
 
     @property
