@@ -7,16 +7,20 @@ from __future__ import annotations
 
 from typing import Any
 
+from .extras import whole
+
 
 def student(level: float, freedom: Any) -> Any:
     """Return the quantile of Student's distribution at ``level``; NaN where ``freedom`` is not positive."""
-    from scipy.special import stdtrit
+    with whole():
+        from scipy.special import stdtrit
 
     return stdtrit(freedom, level)
 
 
 def fisher(level: float, above: Any, below: Any) -> Any:
     """Return the quantile at ``level`` of a ratio of variances with ``above`` and ``below`` degrees of freedom."""
-    from scipy.special import fdtri
+    with whole():
+        from scipy.special import fdtri
 
     return fdtri(above, below, level)

@@ -256,8 +256,7 @@ def main() -> int:
     options.add_argument("--again", action="store_true", help="run the survivors of the state once more")
     given = options.parse_args()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    import lmfit  # noqa: F401 - what every child would import
-    import numba  # noqa: F401
+    import numba  # noqa: F401 - what every child would import
     import pint  # noqa: F401
     import pytest  # noqa: F401
     import scipy.interpolate
