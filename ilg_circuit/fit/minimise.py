@@ -55,7 +55,7 @@ def levenberg_marquardt(
     """Return the parameters (n,) at the end of MINPACK's Levenberg-Marquardt method from ``start`` (n,).
 
     ``ftol`` and ``xtol`` are the relative changes of the sum of squares and of the parameters at which it ends;
-    ``most`` evaluations end it too.
+    ``most`` evaluations end it too. Raises ValueError where residuals are not finite.
     """
     with whole():
         from scipy.optimize import leastsq
@@ -68,6 +68,8 @@ def levenberg_marquardt(
         if count > most:
             raise _EnoughError
         r = residuals(x.copy())  # its own array changes
+        if not np.isfinite(r).all():
+            raise ValueError("the residuals are not finite")
         best = min(best, (float(r @ r), x.copy()), key=lambda pair: pair[0])
         return r
 

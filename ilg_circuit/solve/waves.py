@@ -38,11 +38,20 @@ class _Course:
 def mode_waves(poles: Numbers, drive: Drive, times: Array) -> Numbers:
     """Return W' = pole W + u, from rest at 0, for each of ``poles`` [1/s] (k,); shape (k, times).
 
-    The drive is piecewise linear; ``times`` [s] ascend from 0 or later.
+    The drive is piecewise linear; ``times`` [s] ascend from 0 or later. Real poles are computed in real numbers, and
+    one of each pair of conjugates.
     """
     found = np.zeros((len(poles), len(times)), dtype=np.result_type(poles, float))
-    for part, waves in waves_under_lines(poles[None], drive, times):
-        found[:, part] = waves[:, 0].T
+    real = poles.imag == 0
+    for some, own in ((real, poles.real[real]), (~real, poles[~real])):
+        single, place = np.unique(np.where(own.imag < 0, own.conj(), own), return_inverse=True)
+        if len(single):
+            made = np.empty((len(single), len(times)), dtype=single.dtype)
+            for part, waves in waves_under_lines(single[None], drive, times):
+                made[:, part] = waves[:, 0].T
+            found[some] = made[place]
+    below = poles.imag < 0
+    found[below] = found[below].conj()
     return found
 
 
