@@ -60,17 +60,18 @@ def levenberg_marquardt(
     with whole():
         from scipy.optimize import leastsq
 
-    best, count = (np.inf, start), -2  # it begins with two evaluations at the start
+    best, least, count = start, np.inf, -2  # it begins with two evaluations at the start
 
     def function(x: Array) -> Array:
-        nonlocal best, count
+        nonlocal best, least, count
         count += 1
         if count > most:
             raise _EnoughError
-        r = residuals(x.copy())  # its own array changes
+        r = residuals(x := x.copy())  # its own array changes
         if not np.isfinite(r).all():
             raise ValueError("the residuals are not finite")
-        best = min(best, (float(r @ r), x.copy()), key=lambda pair: pair[0])
+        if (squares := float(r @ r)) < least:
+            best, least = x, squares
         return r
 
     try:
@@ -80,7 +81,7 @@ def levenberg_marquardt(
                 ftol=ftol, xtol=xtol, maxfev=2 * most,
             )  # fmt: skip
     except _EnoughError:
-        return best[1]
+        return best
     return np.asarray(found[0])
 
 

@@ -20,7 +20,7 @@ from ..errors import SolveError
 from .modes import CANCELLING, decomposed, modes_of
 from .panels import FRACTIONS, Panels
 from .state_space import StateSpace
-from .waves import BLOCK, drive_at, drive_lines, interval_grid, waves_under_lines, waves_under_sine
+from .waves import BLOCK, drive_at, drive_lines, interval_grid, values_at, waves_under_lines, waves_under_sine
 
 #: Relative contribution to an output below which a mode is negligible.
 _FELT = 1e-13
@@ -129,7 +129,7 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
         return exact_outputs(system, drive, times)[:, row]
     felt = (size > _FELT * total[:, None]).any(axis=0)
     amounts = amounts[:, felt]
-    result = np.asarray(system.d[:, row, :1] * drive.value(times))
+    result = np.asarray(system.d[:, row, :1] * values_at(drive, times))
     for part, waves in waves_under_lines(poles[:, felt], drive, times):
         result[:, part] += np.real(np.einsum("tns,ns->nt", waves, amounts))
     return result
@@ -174,7 +174,7 @@ def modal_slopes(
         return None
     felt = (size > _FELT * total).any(axis=0)
     poles, amounts, turned = poles[felt], (amounts * poles)[:, felt], (turned * poles)[:, felt] / (2 * _TURN)
-    result = np.asarray(np.append(d, of_d)[:, None] * drive.value(times))
+    result = np.asarray(np.append(d, of_d)[:, None] * values_at(drive, times))
     for part, waves in waves_under_lines(np.stack([poles, poles * (1 + _TURN), poles * (1 - _TURN)]), drive, times):
         result[:, part] += np.real(amounts @ waves[:, 0].T)
         result[1:, part] += np.real(turned @ (waves[:, 1] - waves[:, 2]).T)

@@ -94,10 +94,20 @@ def waves_under_sine(poles: Numbers, drive: Drive, times: Array) -> Iterator[tup
         yield part, share * (steady - grown * start)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def _kept(drive: Drive, times: bytes) -> _Course:
     """Return the course of a drive at times that are given as the bytes of their array, and keep it."""
     return _course(drive, np.frombuffer(times))
+
+
+def values_at(drive: Drive, times: Array) -> Array:
+    """Return the values of a drive at ``times`` [s], kept as its course is."""
+    return _kept_values(drive, times.tobytes()) if len(times) <= _MOST_SAMPLES else drive.value(times)
+
+
+@lru_cache(maxsize=16)
+def _kept_values(drive: Drive, times: bytes) -> Array:
+    return drive.value(np.frombuffer(times))
 
 
 def _course(drive: Drive, times: Array) -> _Course:
