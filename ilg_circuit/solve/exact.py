@@ -91,7 +91,7 @@ def _by_modes(system: StateSpace, drive: Drive, times: Array, cancelling: float 
 
 
 def _parted(poles: NDArray[Any], amounts: NDArray[Any]) -> list[tuple[NDArray[Any], NDArray[Any]]]:
-    """Return poles (n, s) and amounts (n, outputs, s) in two parts: real numbers, and one of each conjugate pair.
+    """Return poles (n, s) and amounts (n, outputs, s) in parts: one of each conjugate pair, and real numbers.
 
     The amounts of a pair are doubled. All in one part where not all netlists have as many pairs.
     """
@@ -105,7 +105,8 @@ def _parted(poles: NDArray[Any], amounts: NDArray[Any]) -> list[tuple[NDArray[An
     poles, amounts = np.take_along_axis(poles, order, 1), np.take_along_axis(amounts, order[:, None], 2)
     above = int(pairs[0])
     alone = slice(above, poles.shape[1] - above)
-    return [(poles[:, :above], 2 * amounts[..., :above]), (poles[:, alone].real, amounts[..., alone].real)]
+    parts = [(poles[:, :above], 2 * amounts[..., :above]), (poles[:, alone].real, amounts[..., alone].real)]
+    return [part for part in parts if part[0].size]
 
 
 def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) -> Array:
@@ -128,10 +129,10 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
     if not tell_apart:
         return exact_outputs(system, drive, times)[:, row]
     felt = (size > _FELT * total[:, None]).any(axis=0)
-    amounts = amounts[:, felt]
     result = np.asarray(system.d[:, row, :1] * values_at(drive, times))
-    for part, waves in waves_under_lines(poles[:, felt], drive, times):
-        result[:, part] += np.real(np.einsum("tns,ns->nt", waves, amounts))
+    for own, single in _parted(poles[:, felt], amounts[:, None, felt]):
+        for part, waves in waves_under_lines(own, drive, times):
+            result[:, part] += np.real(np.einsum("tns,ns->nt", waves, single[:, 0]))
     return result
 
 
@@ -173,11 +174,12 @@ def modal_slopes(
     if not tell_apart:
         return None
     felt = (size > _FELT * total).any(axis=0)
-    poles, amounts, turned = poles[felt], (amounts * poles)[:, felt], (turned * poles)[:, felt] / (2 * _TURN)
+    all_amounts = (np.concatenate([amounts, turned / (2 * _TURN)]) * poles)[:, felt]
     result = np.asarray(np.append(d, of_d)[:, None] * values_at(drive, times))
-    for part, waves in waves_under_lines(np.stack([poles, poles * (1 + _TURN), poles * (1 - _TURN)]), drive, times):
-        result[:, part] += np.real(amounts @ waves[:, 0].T)
-        result[1:, part] += np.real(turned @ (waves[:, 1] - waves[:, 2]).T)
+    for (own,), (single,) in _parted(poles[None, felt], all_amounts[None]):
+        for part, waves in waves_under_lines(np.stack([own, own * (1 + _TURN), own * (1 - _TURN)]), drive, times):
+            result[:, part] += np.real(single[: count + 1] @ waves[:, 0].T)
+            result[1:, part] += np.real(single[count + 1 :] @ (waves[:, 1] - waves[:, 2]).T)
     return result[0], result[1:].T
 
 
