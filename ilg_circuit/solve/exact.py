@@ -174,12 +174,11 @@ def modal_slopes(
     if not tell_apart:
         return None
     felt = (size > _FELT * total).any(axis=0)
-    all_amounts = (np.concatenate([amounts, turned / (2 * _TURN)]) * poles)[:, felt]
+    poles, amounts, turned = poles[felt], (amounts * poles)[:, felt], (turned * poles)[:, felt] / (2 * _TURN)
     result = np.asarray(np.append(d, of_d)[:, None] * values_at(drive, times))
-    for (own,), (single,) in _parted(poles[None, felt], all_amounts[None]):
-        for part, waves in waves_under_lines(np.stack([own, own * (1 + _TURN), own * (1 - _TURN)]), drive, times):
-            result[:, part] += np.real(single[: count + 1] @ waves[:, 0].T)
-            result[1:, part] += np.real(single[count + 1 :] @ (waves[:, 1] - waves[:, 2]).T)
+    for part, waves in waves_under_lines(np.stack([poles, poles * (1 + _TURN), poles * (1 - _TURN)]), drive, times):
+        result[:, part] += np.real(amounts @ waves[:, 0].T)
+        result[1:, part] += np.real(turned @ (waves[:, 1] - waves[:, 2]).T)
     return result[0], result[1:].T
 
 
