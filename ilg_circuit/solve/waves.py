@@ -63,13 +63,15 @@ def waves_under_lines(poles: Numbers, drive: Drive, times: Array) -> Iterator[tu
     for first in range(0, len(course.widths), BLOCK):
         part = slice(first, first + BLOCK)
         width = course.widths[part, None, None]
-        z = poles * width
-        once, twice = phi_pair(z)
-        gained = width * (course.start[part, None, None] * once + course.slopes[part, None, None] * width * twice)
-        states = np.concatenate([state[None], recursion(np.exp(z), gained, state)])
-        state = states[-1]
+        states = state[None]
+        if not few or len(course.widths) > 1:  # else samples follow the state that the only interval begins with
+            z = poles * width
+            once, twice = phi_pair(z)
+            gained = width * (course.start[part, None, None] * once + course.slopes[part, None, None] * width * twice)
+            states = np.concatenate([states, recursion(np.exp(z), gained, state)])
+            state = states[-1]
         # the last state of a block is the first of the next one, to which only what follows an edge belongs
-        last = first + len(states) - 1
+        last = first + len(width)
         bounds = [first, last] if few else [first + bool(first), last + 1]
         begin, end = np.searchsorted(course.places, bounds).tolist()
         if course.since is None:
