@@ -105,7 +105,7 @@ def descend(
     evaluations; ``polishes`` is the largest number of Gauss-Newton steps thereafter. ``rounding`` is the sum of squares
     due to rounding alone. Where the model is not defined, residuals are taken as huge and constant.
     """
-    problem = _Guarded(residuals, jacobian)
+    problem = _Guarded(_remembering(residuals), _remembering(jacobian))
     if np.abs(problem.residuals(start)).max(initial=0.0) >= HUGE:
         return Run(start, np.inf, np.inf, np.inf)
     end = levenberg_marquardt(problem.residuals, problem.jacobian, start, ftol=tolerance, xtol=tolerance, most=most)
@@ -117,6 +117,20 @@ def blur(sum_of_squares: float, rounding: float) -> float:
     if not np.isfinite(sum_of_squares):
         return 0.0
     return float(1e-13 * sum_of_squares + rounding + 2 * np.sqrt(rounding * sum_of_squares))
+
+
+def _remembering(function: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    """Return a function that is not computed twice in a row at one place, as the beginning of a descent asks for."""
+    at, found = np.array([np.nan]), np.empty(0)
+
+    def remembered(p: Array) -> Array:
+        nonlocal at, found
+        if not np.array_equal(p, at):
+            found = function(p)
+            at = p.copy()
+        return found
+
+    return remembered
 
 
 class _Guarded:
