@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import IlgError
-from ..quantiles import fisher
 from .fitting import fit
+from .quantiles import fisher
 from .reported import reported_errors
 from .result import FitResult
 

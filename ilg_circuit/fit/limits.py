@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from ..quantiles import fisher
 from .multistart import search
 from .problem import Problem
+from .quantiles import fisher
 from .result import FitResult
 
 #: Largest first step of a logarithm, and the factor of the next ones.

@@ -12,11 +12,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..arrays import Array
-from ..quantiles import student
 from .autoregression import autoregression, sequences
 from .bootstrap import Bootstrap, block_bootstrap
 from .coarse import rounding_covariance, steps_of
 from .criteria import autocorrelation, structured
+from .quantiles import student
 from .result import FitResult
 
 #: Correlation of neighbours, in standard errors of white noise, above which it is allowed for.

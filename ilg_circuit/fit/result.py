@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array
-from ..quantiles import student
 from ..result import Column, Curve, Result
 from .criteria import likelihood
 from .estimate import Estimate, Estimated
 from .multistart import ONE_START, StartSummary
 from .problem import Problem
+from .quantiles import student
 from .tall import lengths, triangle
 
 

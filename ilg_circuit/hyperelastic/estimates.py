@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..fit.estimate import Estimate, Interval
-from ..quantiles import student
+from ..fit.quantiles import student
 from .fit import HyperelasticFit
 
 

@@ -10,9 +10,9 @@ from ..arrays import Array
 from ..errors import argument
 from ..fit.estimate import Estimate
 from ..fit.intervals import Uncertainties
+from ..fit.quantiles import student
 from ..fit.reported import reported_covariance, reported_freedom
 from ..fit.result import FitResult
-from ..quantiles import student
 from ..simulation import closed_forms
 from ..strip.actuator import Uncertainty
 from ..units import format_quantity

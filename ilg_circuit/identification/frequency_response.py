@@ -11,8 +11,8 @@ import numpy as np
 from ..arrays import Array, ComplexArray, Mask, one_thread, plain
 from ..errors import InputError, argument
 from ..findings import Finding, Warned
+from ..fit.quantiles import fisher
 from ..measurements.waves import ANSWERS, Waves
-from ..quantiles import fisher
 from ..result import Column, Result
 from ..simulation.bode import QUANTITIES, Bode, half_power
 from ..units import format_quantity

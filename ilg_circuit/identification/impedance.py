@@ -22,8 +22,8 @@ from ..fit.identifiability import DETERMINED
 from ..fit.multistart import Search, StartSummary, gather, search
 from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
+from ..fit.quantiles import student
 from ..measurements.spectrum import Spectrum
-from ..quantiles import student
 from ..strip.models import ElectricalModel
 from ..units import format_quantity
 from .kramers_kronig import KramersKronig, kramers_kronig

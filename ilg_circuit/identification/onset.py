@@ -21,9 +21,9 @@ from ..fit.fitting import fit_near, with_starts
 from ..fit.intervals import Uncertainties
 from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
+from ..fit.quantiles import student
 from ..fit.result import FitResult
 from ..measurements.record import Channel
-from ..quantiles import student
 from .clock import MOST_RATE
 from .current import CurrentData
 from .film import Moving

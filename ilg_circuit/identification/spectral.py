@@ -16,7 +16,7 @@ import numpy as np
 
 from ..arrays import Array, ComplexArray
 from ..errors import InputError
-from ..quantiles import fisher
+from ..fit.quantiles import fisher
 
 #: Largest number of blocks of periods.
 _MOST_BLOCKS = 20

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..fit.criteria import effective_samples
-from ..quantiles import student
+from ..fit.quantiles import student
 from .smoothing import resolution
 
 #: Confidence level of the interval of the slope, three standard errors. A 95 % interval would exclude the true slope

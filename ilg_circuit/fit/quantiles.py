@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .extras import whole
+from ..extras import whole
 
 
 def student(level: float, freedom: Any) -> Any:
