@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -172,7 +173,11 @@ class PiecewiseLinear:
         return replace(self, rest=rest)
 
     def from_rest(self) -> PiecewiseLinear:
-        """Return the same changes of the level, from a rest at zero."""
+        """Return the same changes of the level, from a rest at zero; each time the same drive."""
+        return self._from_rest if self.rest else self
+
+    @cached_property
+    def _from_rest(self) -> PiecewiseLinear:
         return replace(self, values=self.values - self.rest, rest=0.0)
 
     def value(self, t: ArrayLike) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import IlgError
 from .fitting import fit
+from .quantiles import fisher
 from .reported import reported_errors
 from .result import FitResult
 
@@ -118,10 +119,8 @@ def diagnose(
 
 def _open_sides(found: FitResult, k: int, widening: float) -> list[str]:
     """Return the sides on which parameter ``k`` has no limit, with all others refitted."""
-    from scipy.stats import f as fisher
-
     freedom, label = found.degrees_of_freedom, found.labels[k]
-    limit = 1 + float(fisher.ppf(0.95, 1, freedom)) * widening**2 / freedom
+    limit = 1 + float(fisher(0.95, 1, freedom)) * widening**2 / freedom
     rest = np.delete(found.values, k)
     sides = []
     for sign, name in ((-1.0, "lower"), (1.0, "upper")):

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array
 from .multistart import search
 from .problem import Problem
+from .quantiles import fisher
 from .result import FitResult
 
 #: Largest first step of a logarithm, and the factor of the next ones.
@@ -29,10 +30,8 @@ def limits(fit: FitResult, k: int, widening: float = 1.0) -> tuple[float, float]
 
     ``widening`` is the ratio of reported errors to those of independent residuals, as in `reported.widening`.
     """
-    from scipy.stats import f as fisher
-
     freedom = fit.degrees_of_freedom
-    gain = fit.sum_of_squares * float(fisher.ppf(0.95, 1, freedom)) * widening**2 / freedom
+    gain = fit.sum_of_squares * float(fisher(0.95, 1, freedom)) * widening**2 / freedom
     ends = [_end(fit, k, side, gain) for side in (-1.0, 1.0)]
     lower, upper = fit.problem.moved[k].lower, fit.problem.moved[k].upper
     return (lower if ends[0] is None else ends[0]), (upper if ends[1] is None else ends[1])

@@ -78,9 +78,10 @@ def deviations_over_time(time: Array, residuals: Array, noise: float) -> tuple[A
 
 def _beyond(window: ResidualWindow, noise: float) -> float:
     """Return the root mean square of a window beyond the plausible noise."""
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv
 
-    allowed = noise**2 * float(chi2.ppf(_QUANTILE, window.count)) / window.count
+    chi_square = 2 * float(gammaincinv(window.count / 2, _QUANTILE))
+    allowed = noise**2 * chi_square / window.count
     return float(np.sqrt(max(window.rms**2 - allowed, 0.0)))
 
 

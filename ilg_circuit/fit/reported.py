@@ -16,6 +16,7 @@ from .autoregression import autoregression, sequences
 from .bootstrap import Bootstrap, block_bootstrap
 from .coarse import rounding_covariance, steps_of
 from .criteria import autocorrelation, structured
+from .quantiles import student
 from .result import FitResult
 
 #: Correlation of neighbours, in standard errors of white noise, above which it is allowed for.
@@ -104,12 +105,10 @@ def widening(fit: FitResult) -> Array:
 
     Its square is the adjustment of the profile likelihood of Royall and Tsou (2003).
     """
-    from scipy.stats import t as student
-
     if not widened(fit):
         return fit.errors / fit.pooled_errors
     found = with_autocorrelation(fit)
-    students = student.ppf(0.975, found.freedom) / student.ppf(0.975, fit.degrees_of_freedom)
+    students = student(0.975, found.freedom) / student(0.975, fit.degrees_of_freedom)
     return np.asarray(students * found.errors / fit.pooled_errors)
 
 

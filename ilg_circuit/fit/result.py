@@ -16,6 +16,7 @@ from .criteria import likelihood
 from .estimate import Estimate, Estimated
 from .multistart import ONE_START, StartSummary
 from .problem import Problem
+from .quantiles import student
 from .tall import lengths, triangle
 
 
@@ -148,9 +149,7 @@ class FitResult(Estimated, Result):
 
         The ends respect the parameter's limits; the interval of a resistance is the inverse of its conductance's.
         """
-        from scipy.stats import t as student
-
-        middle, half = self.coordinates, student.ppf(0.975, freedom) * errors / self.units
+        middle, half = self.coordinates, student(0.975, freedom) * errors / self.units
         return np.column_stack([self.problem.scales.values(middle + sign * half) for sign in (-1.0, 1.0)])
 
     @property

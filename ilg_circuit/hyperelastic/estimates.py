@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..fit.estimate import Estimate, Interval
+from ..fit.quantiles import student
 from .fit import HyperelasticFit
 
 
@@ -80,9 +81,7 @@ def _error(gradient: Array, covariance: Array) -> float:
 
 
 def _interval(value: float, error: float, freedom: float, one_sign: bool) -> Interval:
-    from scipy.stats import t as student
-
-    half = float(student.ppf(0.975, freedom)) * error
+    half = float(student(0.975, freedom)) * error
     if not one_sign:
         return value - half, value + half
     factor = math.exp(min(half / abs(value), 300.0))

@@ -131,15 +131,17 @@ def _of_longest(strand: Strand, laws: Sequence[MotionLaw], progress: Progress) -
     record.
     """
     end = last = float(strand.t[-1])
-    for beam in ("static", "dynamic"):
-        if _describe(strand.like(_FEW, beam), laws, last, progress):
-            return strand.like(beam=beam), _all(strand.like(beam=beam), laws, last)
     few = strand.like(_FEW)
-    while not _describe(few, laws, end, progress):
+    for thinned in (few, strand.like(_FEW, "dynamic")):
+        if _describe(thinned, laws, last, progress):
+            whole = strand.like(beam=thinned.beam)
+            return whole, _all(whole, laws, last)
+    while True:
         end /= WINDOW_RATIO
         if (strand.t[strand.t >= 0] <= end).sum() < FEWEST_SAMPLES:
             return strand, _all(strand, laws, last)
-    return strand, _all(strand, laws, end)
+        if _describe(few, laws, end, progress):
+            return strand, _all(strand, laws, end)
 
 
 def _describe(few: Strand, laws: Sequence[MotionLaw], end: float, progress: Progress) -> bool:

@@ -33,11 +33,16 @@ _NEAR = 1e-4
 _FELT = 1e-12
 #: Time constant [s] of a relaxation that a source is computed through.
 _DELAY = 0.0123
+#: For answers of modes that may grow beyond all numbers.
+_GROWING = np.errstate(over="ignore", invalid="ignore")
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The displacement without delay of a gain of 1 m/V: ``direct`` times the drive, and modes of ``poles`` [1/s]."""
+    """The displacement without delay of a gain of 1 m/V: ``direct`` times the drive, and modes of ``poles`` [1/s].
+
+    Modes that grow have no finite answers, and no law is fitted with them.
+    """
 
     poles: NDArray[Any]
     amounts: NDArray[Any]
@@ -63,6 +68,7 @@ class Source:
         felt = size > _FELT * size.max(initial=abs(direct))
         return cls(poles[felt], amounts[felt], direct)
 
+    @_GROWING
     def through(self, poles: NDArray[Any], drive: PiecewiseLinear, t: Array) -> NDArray[Any]:
         """Return the source's answer to a ``drive`` through 1/(s - pole) (poles, samples), for ``poles`` [1/s] (n,)."""
         count = len(self.poles)
@@ -73,6 +79,7 @@ class Source:
         share = self.amounts / (self.poles - poles[:, None])
         return (self.direct - share.sum(axis=1))[:, None] * every[count:] + share @ every[:count]
 
+    @_GROWING
     def answer(self, drive: PiecewiseLinear, t: Array) -> Array:
         """Return the displacement (samples,) without delay."""
         found = self.direct * drive.value(t)

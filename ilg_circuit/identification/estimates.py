@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..errors import argument
 from ..fit.estimate import Estimate
 from ..fit.intervals import Uncertainties
+from ..fit.quantiles import student
 from ..fit.reported import reported_covariance, reported_freedom
 from ..fit.result import FitResult
 from ..simulation import closed_forms
@@ -192,10 +193,8 @@ def _quantiles(fit: FitResult, slopes: Array) -> Array:
 
     The degrees of freedom are the fewest among the values that a quantity depends on.
     """
-    from scipy.stats import t as student
-
     freedom = np.where(np.abs(slopes) > _UNFELT, reported_freedom(fit), np.inf).min(axis=1)
-    return np.asarray(student.ppf(0.975, freedom))
+    return np.asarray(student(0.975, freedom))
 
 
 def file_quantities(data: PortData, fit: FitResult, k: int) -> Estimates:
@@ -228,8 +227,6 @@ def displacement_quantities(own: DisplacementFit, amounts: Array, per_volt: floa
 
 def _static(own: DisplacementFit, per_volt: float) -> Estimate:
     """Return the static displacement, of laws that relax with its error: it is known where single gains cancel."""
-    from scipy.stats import t as student
-
     law = own.motion.law
     if law.kind is None:
         return Estimate(per_volt, "m/V")
@@ -238,7 +235,7 @@ def _static(own: DisplacementFit, per_volt: float) -> Estimate:
     signs[list(law.gains)] = [-1.0 if names[k] in law.negative else 1.0 for k in law.gains]
     total = float(signs @ own.fit.values)
     error = float(np.sqrt(signs @ reported_covariance(own.fit) @ signs)) * abs(per_volt / total)
-    half = float(student.ppf(0.975, reported_freedom(own.fit).min())) * error
+    half = float(student(0.975, reported_freedom(own.fit).min())) * error
     return Estimate(per_volt, "m/V", error, (per_volt - half, per_volt + half))
 
 

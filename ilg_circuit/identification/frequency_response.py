@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array, ComplexArray, Mask, one_thread, plain
 from ..errors import InputError, argument
 from ..findings import Finding, Warned
+from ..fit.quantiles import fisher
 from ..measurements.waves import ANSWERS, Waves
 from ..result import Column, Result
 from ..simulation.bode import QUANTITIES, Bode, half_power
@@ -93,9 +94,7 @@ class BodeOfRecords(Warned, Result):
 
     def radius(self, name: str) -> Array:
         """Return the radius (f,) of the circle about each response that holds the true one with 95 % probability."""
-        from scipy.stats import f
-
-        return np.sqrt(f.ppf(_BAND, 2, 2 * self.freedom) * self.variance[name])
+        return np.sqrt(fisher(_BAND, 2, 2 * self.freedom) * self.variance[name])
 
     def band(self, name: str) -> tuple[Array, Array]:
         """Return half the widths (f,) of the 95 % bands of a magnitude [its unit] and of a phase [deg]."""

@@ -22,6 +22,7 @@ from ..fit.identifiability import DETERMINED
 from ..fit.multistart import Search, StartSummary, gather, search
 from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
+from ..fit.quantiles import student
 from ..measurements.spectrum import Spectrum
 from ..strip.models import ElectricalModel
 from ..units import format_quantity
@@ -317,8 +318,6 @@ class ImpedanceData:
 
         Linear in the conductance G = 1/Rdc about 0: dZ/dG = -(Z - Re)^2, the other parameters' directions taken out.
         """
-        from scipy.stats import t as student
-
         held, numbers = model.held or 0.0, problem.predictions(x[None])[0]
         direction = self.numbers(-((self.shown(numbers) - held) ** 2))
         residuals = problem.data - numbers
@@ -331,7 +330,7 @@ class ImpedanceData:
         freedom = max(len(residuals) - len(x) - 1, 1)
         best = max(float(direction @ residuals) / size, 0.0)
         deviation = np.sqrt(float(residuals @ residuals) / freedom / size) + np.finfo(float).tiny
-        limit = best + float(student.ppf(0.95, freedom) * deviation)
+        limit = best + float(student(0.95, freedom) * deviation)
         reason = OPEN_PATH if limit * float(self.spectrum.modulus.max()) < 1 else _UNSEEN_PATH
         return f"{reason}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
 

@@ -21,6 +21,7 @@ from ..fit.fitting import fit_near, with_starts
 from ..fit.intervals import Uncertainties
 from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
+from ..fit.quantiles import student
 from ..fit.result import FitResult
 from ..measurements.record import Channel
 from .clock import MOST_RATE
@@ -133,12 +134,10 @@ class Onsets:
 
     def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
         """Return the estimates, every standard error and interval widened by the uncertainty of the onsets."""
-        from scipy.stats import t as student
-
         if not (self.every or self.jumps):
             return found
         reported = np.array([found.estimates[label].reported[0] for label in fit.labels])
-        quantile = student.ppf(0.975, fit.freedom)
+        quantile = student(0.975, fit.freedom)
         more = self.reach(reported / fit.units, quantile, lambda x: x)
         spread = np.sqrt(np.diag(self.covariance(fit)))
         scales, estimates = fit.problem.scales, dict(found.estimates)

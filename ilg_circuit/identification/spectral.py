@@ -16,6 +16,7 @@ import numpy as np
 
 from ..arrays import Array, ComplexArray
 from ..errors import InputError
+from ..fit.quantiles import fisher
 
 #: Largest number of blocks of periods.
 _MOST_BLOCKS = 20
@@ -179,8 +180,6 @@ def _amplitudes(t: Array, signals: Array, frequency: Array, edges: Array) -> Com
 
 def _after_transient(u: ComplexArray, y: ComplexArray) -> int:
     """Return the first block from which on all agree with the later half, within its scatter."""
-    from scipy.stats import f
-
     blocks, count = u.shape
     half = blocks // 2
     if blocks - half < 2:
@@ -192,6 +191,6 @@ def _after_transient(u: ComplexArray, y: ComplexArray) -> int:
         freedom = blocks - half - 1
         noise = squares[half:].sum(axis=0) / freedom * (1 + 1 / (blocks - half))
         ratio = (squares[:half] / np.maximum(noise, np.finfo(float).tiny)).mean(axis=1)
-        beyond = np.flatnonzero(ratio > f.ppf(_TRANSIENT, 2 * count, 2 * count * freedom))
+        beyond = np.flatnonzero(ratio > fisher(_TRANSIENT, 2 * count, 2 * count * freedom))
         first = max(first, int(beyond[-1]) + 1 if len(beyond) else 0)
     return first

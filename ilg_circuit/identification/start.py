@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
+from ..extras import whole
 from ..measurements.voltage import simplified
 from ..solve.waves import mode_waves
 from ..strip.models import ElectricalModel
@@ -80,7 +81,8 @@ def _refined(
 
     Under waveforms of both signs the coarse grid alone can make the steady conductance negative.
     """
-    from scipy.optimize import minimize
+    with whole():
+        from scipy.optimize import minimize
 
     u = drive.value(t)
 

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import Array, Mask
+from ..extras import whole
 from .onset import Beginning
 
 #: Rates per decade, and their range relative to the record's length and to its shortest intervals.
@@ -96,7 +97,8 @@ class PassivePort:
 
     def fit(self, current: Array, used: Mask) -> Passive:
         """Return the best fit of a port to the readings of ``current`` [A] (n,) that are ``used`` (n,)."""
-        from scipy.optimize import nnls
+        with whole():
+            from scipy.optimize import nnls
 
         rows = np.flatnonzero(used)
         if not len(rows):

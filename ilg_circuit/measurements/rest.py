@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..fit.criteria import effective_samples
+from ..fit.quantiles import student
 from .smoothing import resolution
 
 #: Confidence level of the interval of the slope, three standard errors. A 95 % interval would exclude the true slope
@@ -77,13 +78,11 @@ def _line(t: Array, values: Array, step: float) -> tuple[float, float]:
     Autocorrelated readings count as fewer independent ones; the slope is not determined to better than one ``step`` of
     the instrument over their length.
     """
-    from scipy.stats import t as student
-
     x = t - t.mean()
     slope = float(x @ (values - values.mean()) / (x @ x))
     residuals = values - values.mean() - slope * x
     samples = effective_samples(residuals)
     spread = np.sqrt(float(residuals @ residuals) / (len(t) - 2) * len(t) / samples / float(x @ x))
-    half = float(student.ppf((1 + _LEVEL) / 2, samples - 2) * spread)
+    half = float(student((1 + _LEVEL) / 2, samples - 2) * spread)
     least = max(step, _ROUNDING * float(np.abs(values).max())) / float(np.ptp(t))
     return slope, max(half, least)

@@ -134,6 +134,13 @@ def _figure_class() -> Any:
     from matplotlib.ticker import LogFormatter
 
     class WordsFigure(Figure):
+        _aligned: Any = ()
+
+        def align_ylabels(self, axs: Any = None) -> None:
+            # after the layout, whose margins hold the label that is farthest out: before it every axis would measure
+            # the ticks of all others
+            self._aligned = [*self._aligned, axs]
+
         def draw(self, renderer: Any) -> None:
             axes = [axis for panel in self.axes for axis in (panel.xaxis, panel.yaxis)]
             powers = [axis for axis in axes if isinstance(axis.get_major_formatter(), LogFormatter)]
@@ -154,7 +161,9 @@ def _figure_class() -> Any:
                         # before it saves, matplotlib draws once with a renderer that draws nothing, for the layout
                         with contextlib.suppress(ValueError):
                             engine.execute(self)
+                        self._align()
                     else:
+                        self._align()
                         super().draw(renderer)
                 except UserWarning as collapsed:
                     width, height = 25.4 * self.get_size_inches()
@@ -162,6 +171,11 @@ def _figure_class() -> Any:
                         f"a picture of {width:.3g} mm x {height:.3g} mm is too small for its panels; give it a larger "
                         f"{argument('size')}"
                     ) from collapsed
+
+        def _align(self) -> None:
+            for axs in self._aligned:
+                super().align_ylabels(axs)
+            self._aligned = ()
 
     return WordsFigure
 

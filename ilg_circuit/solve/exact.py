@@ -20,7 +20,7 @@ from ..errors import SolveError
 from .modes import CANCELLING, decomposed, modes_of
 from .panels import FRACTIONS, Panels
 from .state_space import StateSpace
-from .waves import BLOCK, drive_at, drive_lines, interval_grid, waves_under_lines, waves_under_sine
+from .waves import BLOCK, drive_at, drive_lines, interval_grid, values_at, waves_under_lines, waves_under_sine
 
 #: Relative contribution to an output below which a mode is negligible.
 _FELT = 1e-13
@@ -91,7 +91,7 @@ def _by_modes(system: StateSpace, drive: Drive, times: Array, cancelling: float 
 
 
 def _parted(poles: NDArray[Any], amounts: NDArray[Any]) -> list[tuple[NDArray[Any], NDArray[Any]]]:
-    """Return poles (n, s) and amounts (n, outputs, s) in two parts: real numbers, and one of each conjugate pair.
+    """Return poles (n, s) and amounts (n, outputs, s) in parts: one of each conjugate pair, and real numbers.
 
     The amounts of a pair are doubled. All in one part where not all netlists have as many pairs.
     """
@@ -105,7 +105,8 @@ def _parted(poles: NDArray[Any], amounts: NDArray[Any]) -> list[tuple[NDArray[An
     poles, amounts = np.take_along_axis(poles, order, 1), np.take_along_axis(amounts, order[:, None], 2)
     above = int(pairs[0])
     alone = slice(above, poles.shape[1] - above)
-    return [(poles[:, :above], 2 * amounts[..., :above]), (poles[:, alone].real, amounts[..., alone].real)]
+    parts = [(poles[:, :above], 2 * amounts[..., :above]), (poles[:, alone].real, amounts[..., alone].real)]
+    return [part for part in parts if part[0].size]
 
 
 def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) -> Array:
@@ -128,10 +129,10 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
     if not tell_apart:
         return exact_outputs(system, drive, times)[:, row]
     felt = (size > _FELT * total[:, None]).any(axis=0)
-    amounts = amounts[:, felt]
-    result = np.asarray(system.d[:, row, :1] * drive.value(times))
-    for part, waves in waves_under_lines(poles[:, felt], drive, times):
-        result[:, part] += np.real(np.einsum("tns,ns->nt", waves, amounts))
+    result = np.asarray(system.d[:, row, :1] * values_at(drive, times))
+    for own, single in _parted(poles[:, felt], amounts[:, None, felt]):
+        for part, waves in waves_under_lines(own, drive, times):
+            result[:, part] += np.real(np.einsum("tns,ns->nt", waves, single[:, 0]))
     return result
 
 
@@ -174,7 +175,7 @@ def modal_slopes(
         return None
     felt = (size > _FELT * total).any(axis=0)
     poles, amounts, turned = poles[felt], (amounts * poles)[:, felt], (turned * poles)[:, felt] / (2 * _TURN)
-    result = np.asarray(np.append(d, of_d)[:, None] * drive.value(times))
+    result = np.asarray(np.append(d, of_d)[:, None] * values_at(drive, times))
     for part, waves in waves_under_lines(np.stack([poles, poles * (1 + _TURN), poles * (1 - _TURN)]), drive, times):
         result[:, part] += np.real(amounts @ waves[:, 0].T)
         result[1:, part] += np.real(turned @ (waves[:, 1] - waves[:, 2]).T)

@@ -38,11 +38,20 @@ class _Course:
 def mode_waves(poles: Numbers, drive: Drive, times: Array) -> Numbers:
     """Return W' = pole W + u, from rest at 0, for each of ``poles`` [1/s] (k,); shape (k, times).
 
-    The drive is piecewise linear; ``times`` [s] ascend from 0 or later.
+    The drive is piecewise linear; ``times`` [s] ascend from 0 or later. Real poles are computed in real numbers, and
+    one of each pair of conjugates.
     """
     found = np.zeros((len(poles), len(times)), dtype=np.result_type(poles, float))
-    for part, waves in waves_under_lines(poles[None], drive, times):
-        found[:, part] = waves[:, 0].T
+    real = poles.imag == 0
+    for some, own in ((real, poles.real[real]), (~real, poles[~real])):
+        single, place = np.unique(np.where(own.imag < 0, own.conj(), own), return_inverse=True)
+        if len(single):
+            made = np.empty((len(single), len(times)), dtype=single.dtype)
+            for part, waves in waves_under_lines(single[None], drive, times):
+                made[:, part] = waves[:, 0].T
+            found[some] = made[place]
+    below = poles.imag < 0
+    found[below] = found[below].conj()
     return found
 
 
@@ -54,13 +63,15 @@ def waves_under_lines(poles: Numbers, drive: Drive, times: Array) -> Iterator[tu
     for first in range(0, len(course.widths), BLOCK):
         part = slice(first, first + BLOCK)
         width = course.widths[part, None, None]
-        z = poles * width
-        once, twice = phi_pair(z)
-        gained = width * (course.start[part, None, None] * once + course.slopes[part, None, None] * width * twice)
-        states = np.concatenate([state[None], recursion(np.exp(z), gained, state)])
-        state = states[-1]
+        states = state[None]
+        if not few or len(course.widths) > 1:  # else samples follow the state that the only interval begins with
+            z = poles * width
+            once, twice = phi_pair(z)
+            gained = width * (course.start[part, None, None] * once + course.slopes[part, None, None] * width * twice)
+            states = np.concatenate([states, recursion(np.exp(z), gained, state)])
+            state = states[-1]
         # the last state of a block is the first of the next one, to which only what follows an edge belongs
-        last = first + len(states) - 1
+        last = first + len(width)
         bounds = [first, last] if few else [first + bool(first), last + 1]
         begin, end = np.searchsorted(course.places, bounds).tolist()
         if course.since is None:
@@ -85,10 +96,20 @@ def waves_under_sine(poles: Numbers, drive: Drive, times: Array) -> Iterator[tup
         yield part, share * (steady - grown * start)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def _kept(drive: Drive, times: bytes) -> _Course:
     """Return the course of a drive at times that are given as the bytes of their array, and keep it."""
     return _course(drive, np.frombuffer(times))
+
+
+def values_at(drive: Drive, times: Array) -> Array:
+    """Return the values of a drive at ``times`` [s], kept as its course is."""
+    return _kept_values(drive, times.tobytes()) if len(times) <= _MOST_SAMPLES else drive.value(times)
+
+
+@lru_cache(maxsize=16)
+def _kept_values(drive: Drive, times: bytes) -> Array:
+    return drive.value(np.frombuffer(times))
 
 
 def _course(drive: Drive, times: Array) -> _Course:

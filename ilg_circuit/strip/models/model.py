@@ -294,6 +294,8 @@ class ElectricalModel:
                 raise InputError(f"{parameter.name} is {value:g} {parameter.unit}; it must be more than zero{limit}")
         port = self.ions.port(values[0], tuple(values[1 : self._split]), ladders or Ladders())
         added: dict[str, Any] = dict(zip(self.names[self._split :], values[self._split :], strict=True))
+        if not added and port.electrode_resistance == electrode_resistance:
+            return port  # a search makes many thousand
         return replace(port, electrode_resistance=electrode_resistance, **added)
 
     def values(self, port: Port) -> tuple[float, ...]:
