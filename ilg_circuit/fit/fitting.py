@@ -1,4 +1,4 @@
-"""Fits a problem by `minimise`, tests the minimum, and computes the covariance.
+"""Fits a problem by lmfit, tests the minimum, and computes the covariance.
 
 A fit is accepted only at a minimum (relative offset, see `minimise`) where the data determine every parameter;
 otherwise an error is raised.

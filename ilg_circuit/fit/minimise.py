@@ -1,4 +1,4 @@
-"""Minimises a sum of squares: Levenberg-Marquardt by MINPACK (scipy), followed by Gauss-Newton steps.
+"""Minimises a sum of squares: Levenberg-Marquardt by lmfit, followed by Gauss-Newton steps.
 
 The minimiser's own report of success is not used. A descent is accepted only at a minimum: Bates and Watts' relative
 offset (Technometrics 23, 179, 1981), the part of the residuals in the tangent plane, is negligible, and the Jacobian is
@@ -52,41 +52,33 @@ class Run:
 def levenberg_marquardt(
     residuals: Residuals, jacobian: Jacobian, start: Array, *, ftol: float, xtol: float, most: int
 ) -> Array:
-    """Return the parameters (n,) at the end of MINPACK's Levenberg-Marquardt method from ``start`` (n,).
+    """Return the parameters (n,) at the end of lmfit's Levenberg-Marquardt method from ``start`` (n,).
 
     ``ftol`` and ``xtol`` are the relative changes of the sum of squares and of the parameters at which it ends;
-    ``most`` evaluations end it too. Raises ValueError where residuals are not finite.
+    ``most`` evaluations end it too.
     """
     with whole():
-        from scipy.optimize import leastsq
+        import lmfit
 
-    best, least, count = start, np.inf, -2  # it begins with two evaluations at the start
+    parameters = lmfit.Parameters()
+    for j, value in enumerate(start.tolist()):
+        parameters.add(f"p{j}", value=value)
 
-    def function(x: Array) -> Array:
-        nonlocal best, least, count
-        count += 1
-        if count > most:
-            raise _EnoughError
-        r = residuals(x := x.copy())  # its own array changes
-        if not np.isfinite(r).all():
-            raise ValueError("the residuals are not finite")
-        if (squares := float(r @ r)) < least:
-            best, least = x, squares
+    best = (np.inf, start)
+
+    def at(current: lmfit.Parameters) -> Array:
+        return np.array([p.value for p in current.values()])
+
+    def function(current: lmfit.Parameters) -> Array:
+        nonlocal best
+        x = at(current)
+        r = residuals(x)
+        best = min(best, (float(r @ r), x), key=lambda pair: pair[0])
         return r
 
-    try:
-        with np.errstate(all="ignore"):
-            found = leastsq(
-                function, start, Dfun=lambda x: jacobian(x.copy()), full_output=True,
-                ftol=ftol, xtol=xtol, maxfev=2 * most,
-            )  # fmt: skip
-    except _EnoughError:
-        return best
-    return np.asarray(found[0])
-
-
-class _EnoughError(Exception):
-    """Raised through MINPACK where the evaluations are used up."""
+    minimizer = lmfit.Minimizer(function, parameters, nan_policy="raise", max_nfev=most)
+    found = minimizer.leastsq(Dfun=lambda p: jacobian(at(p)), col_deriv=0, ftol=ftol, xtol=xtol, gtol=0.0)
+    return best[1] if found.aborted else at(found.params)
 
 
 def descend(

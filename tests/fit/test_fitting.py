@@ -50,7 +50,7 @@ def test_a_fit_cut_short_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_an_end_that_is_no_minimum_is_no_success() -> None:
-    """Slopes that mislead: MINPACK stops where no step helps, and calls it a success."""
+    """Slopes that mislead: lmfit stops where no step helps, and calls it a success."""
 
     def kinked(values: Array) -> Array:
         wave = decay(values)
