@@ -21,7 +21,7 @@ _LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
 #: fraction of the range.
 _WITHIN, _DIGITS, _ROUNDED = 12.0, 1.5, 1e-6
 #: Beside the jumps of a staircase: least fraction of changes within levels, largest of changes that are neither; least
-#: ratio of its median jump to the largest change within levels.
+#: ratio of a jump to the largest change within levels.
 _LEVEL, _NEITHER, _APART = 1 / 3, 0.05, 3.0
 
 
@@ -56,16 +56,11 @@ def staircase(u: Array) -> tuple[Mask, float]:
     if len(step) < 2:
         return np.zeros(len(step), dtype=bool), 0.0
     within = max(_WITHIN * float(np.quantile(change, 0.25)), _DIGITS * digit(u), _ROUNDED * float(np.ptp(u)))
-    jumps, still = change >= max(_least(u), within), change <= within
+    jumps, still = change >= max(_least(u), _APART * within), change <= within
     left, right = np.append(True, still[:-1]), np.append(still[1:], True)
     back = jumps[1:] & jumps[:-1] & (np.sign(step[1:]) == -np.sign(step[:-1]))
     beside = np.concatenate([np.flatnonzero(jumps[1:]), 1 + np.flatnonzero(jumps[:-1])])
-    if (
-        not len(beside)
-        or still[beside].mean() < _LEVEL
-        or (~still & ~jumps)[beside].mean() > _NEITHER
-        or float(np.median(change[jumps])) < _APART * within
-    ):
+    if not len(beside) or still[beside].mean() < _LEVEL or (~still & ~jumps)[beside].mean() > _NEITHER:
         return np.zeros(len(step), dtype=bool), 0.0
     return jumps & (left | np.append(False, back)) & (right | np.append(back, False)), within
 
