@@ -23,6 +23,8 @@ _SMOOTH, _NEXT = 0.1, (np.inf, 0.4, 0.75)
 _CLEARLY = 3.0
 #: Number of samples on each side that tell a sine or an exponential.
 _LONG = 6
+#: Largest coefficient of such a recurrence: beyond it two exponentials are one, apart from rounding.
+_STEEPEST = 1e3
 #: Number of points among which the meeting of two curves is looked for.
 _POINTS = 33
 #: Largest difference of sampling intervals that are even, relative to their mean.
@@ -166,6 +168,8 @@ def _recurrence(x: Array, u: Array) -> tuple[Curve | None, float]:
     if not d[1]:
         return None, np.inf
     ratio = float(d[0] + d[2]) / float(d[1])
+    if abs(ratio) > _STEEPEST:
+        return None, np.inf
     error = max(abs(float(ratio * d[m] - d[m - 1] - d[m + 1])) for m in (2, 3))
     rate = np.arccos(complex(ratio / 2))
     if abs(rate) < _EVEN or abs(rate - np.pi) < _EVEN:  # a parabola, or alternating

@@ -86,6 +86,17 @@ def test_a_smooth_curve_and_noise_have_no_kinks() -> None:
     assert len(with_kinks(t, u + noise, Seen(1e-4, 0.01))[0]) == len(t)
 
 
+@pytest.mark.parametrize("little", [1e-300, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3])
+def test_a_level_that_moves_by_rounding_after_an_edge_is_followed(little: float) -> None:
+    """Its recurrence has exponentials that fall by any factor from reading to reading."""
+    edge = np.array([0.0, 0, 0, 0, 0, 0, 0.4, 1.0, 2.0, 2.0 + little, 2, 2, 2, 2, 2, 2])
+    falling = np.concatenate([np.zeros(6), [2.0, 1.0, little], np.zeros(6)])
+    for u in (edge, edge[::-1], falling, falling[::-1]):
+        times, values = with_kinks(INTERVAL * np.arange(len(u)), u, EXACT)
+        assert np.isfinite(values).all()
+        assert (np.diff(times) > 0).all()
+
+
 def test_ramps_of_some_readings_are_no_jumps() -> None:
     ramp = np.array([0.0, 0, 0, 0, 0, 0.4, 1.0, 1.6, 2.0, 2.0, 2, 2, 2])
     assert voltage_jumps(ramp).tolist() == []
