@@ -74,7 +74,6 @@ ENGINES, WEIGHTINGS = ("ngspice", "exact"), ("modulus", "unit")
 
 
 @one_thread()
-@np.errstate(all="ignore")  # of numbers beyond all measure, which no fit keeps
 def identify(
     data: Data | Sequence[Data],
     *,
