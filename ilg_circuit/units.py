@@ -24,6 +24,8 @@ _COMMA = re.compile(r"\s*([+-]?\d*),(\d+(?:[eE][+-]?\d{1,3})?)(?=\s*[^\s\d.,]|\s
 _THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2},\d{3}(?!\d)")
 
 _UNIT = re.compile(r"[A-Za-z\u00b5\u03bc\u03a9\u2126\u00b7 _*/^().0-9+-]{0,40}|%")
+#: A square or a cube without its sign, as in mm2.
+_POWER, _POWERS = re.compile(r"(?<=[A-Za-z])(?:[23]\b|[\u00b2\u00b3])"), {"\u00b2": "2", "\u00b3": "3"}
 _COUNTS = re.compile("degree|turn|revolution|cycle|count|per_minute|per_second|bel|neper|decade|octave")
 
 #: Without a scale these are no length, voltage or anything else, though a unit library knows some: a pixel as
@@ -153,6 +155,7 @@ def scale(unit: str, si_unit: str) -> Fraction:
     """
     if unit == si_unit and unit:  # as in every file that the package writes
         return Fraction(1)
+    unit = _POWER.sub(lambda power: f"^{_POWERS.get(power[0], power[0])}", unit)
     return COMMON[unit, si_unit] if (unit, si_unit) in COMMON else scale_by_pint(unit, si_unit)
 
 

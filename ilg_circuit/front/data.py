@@ -258,11 +258,17 @@ def _read(source: Source, mode: str | None, onset: Stated, said: Said, name: str
 
 
 def columns_of(source: Any) -> dict[str, ArrayLike]:
-    """Return the columns of a data frame or a mapping. Raises InputError for what is none."""
+    """Return the columns of a mapping or a data frame, with its index where that has a name.
+
+    Raises InputError for what is none.
+    """
     titles = getattr(source, "columns", source)
+    index: Any = getattr(source, "index", None)
+    named = getattr(index, "name", None)
     try:
-        return {str(title): source[title] for title in titles}
+        found = {str(title): source[title] for title in titles}
     except (TypeError, KeyError, IndexError):
         raise InputError(
             f"data are a path, a data frame or columns by header, such as time_s; not {type(source).__name__}"
         ) from None
+    return found if named is None or str(named) in found else {str(named): index, **found}

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import row
+from ..arrays import Array, row
 from ..errors import InputError
 from .derived import impedance_of, stretch_of
-from .header import columns_of
+from .header import Column, columns_of
 from .kind import LOAD_TEST, RECORD, SPECTRUM, Kind
 from .layout import Layout, choose, readable
 from .load_test import LOAD_MODES, LoadTest, load_test_of
@@ -60,13 +61,28 @@ def _table(columns: Mapping[str, ArrayLike], name: str, kind: Kind, layout: Layo
     taken, left, notes = choose(layout, kind, name, 1)
     titles = {quantity: layout.titles[c.place] for quantity, c in taken.items()}
     arrays = {
-        quantity: row(columns[titles[quantity]], f"{name}: column '{titles[quantity][:80]}'") * c.factor
+        quantity: _in_si(columns[titles[quantity]], c, f"{name}: column '{titles[quantity][:80]}'")
         for quantity, c in taken.items()
     }
     if len({len(values) for values in arrays.values()}) > 1:
         sizes = ", ".join(f"{title}: {len(arrays[quantity])}" for quantity, title in titles.items())
         raise InputError(f"{name}: columns have different lengths ({sizes})")
     return table_of(arrays, taken, left, notes, range(len(next(iter(arrays.values())))), name, kind)
+
+
+def _in_si(values: ArrayLike, column: Column, what: str) -> Array:
+    """Return values in SI units (n,); durations and dates have a unit of their own, dates count from midnight on."""
+    if column.quantity == "time" and _is_clock(values):
+        clock = np.asarray(values)
+        if clock.dtype.kind == "M" and len(clock):
+            clock = clock - clock[0].astype("datetime64[D]")
+        return row(clock / np.timedelta64(1, "s"), what)
+    return row(values, what) * column.factor
+
+
+def _is_clock(values: ArrayLike) -> bool:
+    """Return True for numpy's and pandas' durations and dates."""
+    return getattr(getattr(values, "dtype", None), "kind", "") in ("m", "M")
 
 
 def _recognised(columns: Mapping[str, ArrayLike], said: Said) -> tuple[Kind, Layout]:
@@ -82,5 +98,5 @@ def _recognised(columns: Mapping[str, ArrayLike], said: Said) -> tuple[Kind, Lay
 
 def _layout(columns: Mapping[str, ArrayLike], kind: Kind) -> Layout:
     titles = tuple(columns)
-    found = tuple(columns_of(titles, [""] * len(titles), kind))
+    found = tuple(columns_of(titles, ["s" if _is_clock(columns[title]) else "" for title in titles], kind))
     return Layout(0, titles, found, 1, ",", kind.complete(readable(found)))

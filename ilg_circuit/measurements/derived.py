@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import InputError, argument
 from ..units import scale
 from .kind import Kind
@@ -21,6 +22,8 @@ _SIZE = re.compile(
     re.IGNORECASE,
 )
 
+#: A whole turn [deg]; no passive port turns a phase by more.
+_TURN = 360.0
 _GERMAN = {"breite": "width", "b0": "width", "dicke": "thickness", "a0": "thickness"}
 
 
@@ -34,6 +37,7 @@ def impedance_of(table: Table, kind: Kind) -> Table:
     else:
         with np.errstate(all="ignore"):
             if way[0] == "modulus":
+                _require_radians(second, headers[way[1]], table.source)
                 turn = np.radians(second if way[1] == "phase" else -second)
                 z = first * np.exp(1j * turn)
             else:
@@ -42,6 +46,16 @@ def impedance_of(table: Table, kind: Kind) -> Table:
     told = dict(zip(("re", "im"), (headers.pop(q) for q in way), strict=True))
     kept = {"frequency": columns["frequency"], "re": re_, "im": im}
     return replace(table, columns=kept, headers={"frequency": headers["frequency"], **told})
+
+
+def _require_radians(phase: Array, header: tuple[str, str], name: str) -> None:
+    """Raise InputError for a ``phase`` [deg] beyond a whole turn that was stated in radians: it is in degrees."""
+    largest = float(np.abs(phase).max(initial=0.0, where=np.isfinite(phase)))
+    if "rad" in header[1].lower() and largest > _TURN:
+        raise InputError(
+            f"{name}: column '{header[0][:80]}' reaches {np.radians(largest):.3g} rad, more than a whole turn: it is "
+            "in degrees, as it seems; call it phase_deg"
+        )
 
 
 def stretch_of(table: Table, kind: Kind, above: Sequence[str] = ()) -> Table:
@@ -104,9 +118,7 @@ def _sizes(lines: Sequence[str]) -> dict[str, float]:
             continue
         value = float(match["value"].replace(",", ".")) * factor
         name = "section" if area else "length" if re.search(r"l[\u00e4ae]ng|l0", what) else what
-        found.setdefault(
-            {"breite": "width", "b0": "width", "dicke": "thickness", "a0": "thickness"}.get(name, name), value
-        )
+        found.setdefault(_GERMAN.get(name, name), value)
     if "section" not in found and {"width", "thickness"} <= set(found):
         found["section"] = found["width"] * found["thickness"]
     if "section" not in found and "diameter" in found:

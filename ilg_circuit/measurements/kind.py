@@ -120,13 +120,15 @@ _IMAG = (
 )
 _IM = (*_IMAG, "imaginary_part")
 _PHASE = ("phase(z)", "phase", "phase_angle", "zphz", "zphase", "z_phase", "arg(z)", "theta", "theta(z)", "phi")
+_ANGULAR = ("angular_frequency", "omega", "\u03c9")
 _MINUS = ("-", "minus_", "neg_", "negative_")
-_RE_Y, _IM_Y = ("re(y)", "y'", "yre", "y_re", "yreal", "conductance"), ("im(y)", "y''", "yim", "y_im", "yimag")
+_RE_Y = ("re(y)", "y'", "yre", "y_re", "yreal", "conductance", "g")
+_IM_Y = ("im(y)", "y''", "yim", "y_im", "yimag", "b")
 
 SPECTRUM = Kind(
     "spectrum",
     {
-        "frequency": ("Hz", ("frequency", "freq", "f", "frequenz", *_ASIAN["frequency"])),
+        "frequency": ("Hz", ("frequency", "freq", "f", "frequenz", *_ANGULAR, *_ASIAN["frequency"])),
         "re": ("ohm", (*_RE, "resistance")),
         "minus_im": ("ohm", (*(f"{sign}{word}" for sign in _MINUS for word in _IM), "im(-z)")),
         "im": ("ohm", (*_IM, "reactance")),
@@ -201,6 +203,7 @@ PREAMBLE = 400
 LONGEST_HEADER = 10_000
 
 _FREQUENCY = re.compile(r"(?:^|[,;\t\"\s])(?:frequency|freq|f)\s*(?:_|\[|\(|/|,)\s*[kmMG]?Hz", re.IGNORECASE)
+_ANGULAR_FREQUENCY = re.compile(r"(?:omega|angular[ _]frequency|\u03c9)\s*[_\[(/,]\s*rad", re.IGNORECASE)
 _BARE_FREQUENCY = re.compile(r"(?:^|[,;\t\"\s])(?:frequency|freq)(?:[,;\t\"\s]|$)", re.IGNORECASE)
 _OF_A_RECORD = re.compile(r"voltage|potential|(?:^|[,;\t])[ \"]{0,9}t(?:ime)?\s*[_/\[(]", re.IGNORECASE)
 _REAL_PART = re.compile(
@@ -216,7 +219,8 @@ def frequency_row(lines: Sequence[str]) -> int | None:
     for k, line in enumerate(lines[:PREAMBLE]):
         if len(line) >= LONGEST_HEADER:
             continue
-        if _FREQUENCY.search(line) or (_BARE_FREQUENCY.search(line) and _REAL_PART.search(line)):
+        stated = _FREQUENCY.search(line) or _ANGULAR_FREQUENCY.search(line)
+        if stated or (_BARE_FREQUENCY.search(line) and _REAL_PART.search(line)):
             return k
     return None
 

@@ -14,7 +14,7 @@ from ..units import format_quantity
 from .forced import answered, as_set, forces_current
 from .lost import mended
 from .onset import Beginning, Bracket, Onset, Stated, answer_bracket, find_onset
-from .quality import clipped_tops, current_drift, dropouts, rest_drift
+from .quality import blanks, clipped_tops, current_drift, dropouts, rest_drift
 from .record import Channel, Forced, Record
 from .saturation import saturated
 from .smoothing import noise_level
@@ -48,6 +48,7 @@ def prepare(table: Table, onset: Stated = None) -> Record:
         return _forced(table, onset)
     name, notes = table.source, list(table.notes)
     voltage = table.columns["voltage"]
+    notes += _blanks(table)
     known = np.isfinite(voltage)
     if known.sum() < 2:
         raise InputError(f"{name}: the voltage column has fewer than two numbers")
@@ -106,7 +107,7 @@ def prepare(table: Table, onset: Stated = None) -> Record:
 
 def _forced(table: Table, onset: Stated) -> Record:
     """Return the record of a table whose current was controlled: the same steps with the two quantities exchanged."""
-    name, notes = table.source, [*table.notes, Finding("current-controlled")]
+    name, notes = table.source, [*table.notes, Finding("current-controlled"), *_blanks(table)]
     exchanged = replace(table, columns={**table.columns} | dict(zip(_EXCHANGED, _both(table), strict=True)))
     known = np.isfinite(exchanged.columns["voltage"])
     time, forced = table.time[known], exchanged.columns["voltage"][known]
@@ -147,6 +148,15 @@ def _forced(table: Table, onset: Stated) -> Record:
 _NO_CURRENT = 4.0
 #: The columns that a controlled current exchanges.
 _EXCHANGED = ("voltage", "current")
+
+
+def _blanks(table: Table) -> list[Finding]:
+    """Return findings on the rows without a voltage or without a current that the reader has not told of."""
+    told = dict.fromkeys(_EXCHANGED, 0)
+    for note in table.notes:
+        if note.code in ("overloaded", "readings-marked"):
+            told[note.values.get("quantity", "current")] += note.values["count"]
+    return [note for column in _EXCHANGED for note in blanks(table.columns[column], column, told[column])]
 
 
 def _both(table: Table) -> tuple[Array, Array]:

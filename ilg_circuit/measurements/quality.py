@@ -103,16 +103,20 @@ def _beyond(port: PassivePort, current: Array, sign: float, flat: Mask, grain: f
     return sign * fitted.current - v > _BEYOND * max(grain, fitted.rms)
 
 
+def blanks(values: Array, quantity: str, told: int = 0) -> tuple[Finding, ...]:
+    """Return a finding on the rows (n,) in which a ``quantity`` has no number, apart from the ``told`` ones."""
+    count = int(np.isnan(values).sum()) - told
+    about = {"quantity": quantity, "count": count, "total": len(values)}
+    return (Finding("rows-blank", values=about),) if count > 0 else ()
+
+
 def dropouts(values: Array, quantity: str, unit: str) -> tuple[Mask, tuple[Finding, ...]]:
     """Return a mask (n,) of drop-outs, and findings on them: blanks, and one value far from all others.
 
     Such a value occurs between good readings. ``values`` (n,) are of a ``quantity`` in an SI ``unit``.
     """
     blank = np.isnan(values)
-    notes = []
-    if blank.any():
-        counts = {"count": int(blank.sum()), "total": len(values)}
-        notes.append(Finding("rows-blank", values={"quantity": quantity, **counts}))
+    notes = [*blanks(values, quantity)]
     known = values[~blank]
     missing = blank.copy()
     if len(known):

@@ -233,15 +233,21 @@ def _in_time(
     backwards = np.flatnonzero(step < 0 if repeats in (EDGE, LATER) else step <= 0)
     if len(backwards):
         k = int(backwards[0])
-        what = "repeats" if time[k + 1] == time[k] else "goes back from"
+        line, later, earlier = numbers[k + 1], time[k + 1], time[k]
+        if later < earlier:
+            raise InputError(
+                f"{name}: line {line}: time {later:g} s goes back from {earlier:g} s; sort the file by time"
+            )
+        count = int((step == 0).sum())
         raise InputError(
-            f"{name}: line {numbers[k + 1]}: time {time[k + 1]:g} s {what} {time[k]:g} s; sort the file by time"
+            f"{name}: line {line}: time {later:g} s repeats {earlier:g} s"
+            + (f", as {count} of {len(time)} do: write times with more digits" if count > 1 else "; leave one row out")
         )
-    earlier = np.append(step == 0, False)
-    if repeats == EDGE or not earlier.any():
+    double = np.append(step == 0, False)
+    if repeats == EDGE or not double.any():
         return columns, ()
-    kept = {quantity: values[~earlier] for quantity, values in columns.items()}
-    return kept, (Finding("readings-at-one-time", values={"count": int(earlier.sum())}),)
+    kept = {quantity: values[~double] for quantity, values in columns.items()}
+    return kept, (Finding("readings-at-one-time", values={"count": int(double.sum())}),)
 
 
 #: Rows of an instrument's table: the number of each line in the file, and its cells.

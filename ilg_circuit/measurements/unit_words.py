@@ -11,6 +11,8 @@ from ..units import scale
 
 _PURE_NUMBER = ("", "-", "1", "mm/mm", "m/m", "in/in", "mm / mm")
 _ANGLES = {**dict.fromkeys(("deg", "degree", "degrees", "\u00b0", "\u00ba", "grad"), 1.0), "rad": 180 / math.pi}
+#: The unit of an angular frequency.
+_ANGULAR = re.compile(r"rad ?(?:/ ?s|[*\u00b7.]? ?s\^?-1)", re.IGNORECASE)
 #: A cell that is likely a unit.
 UNIT_LIKE = re.compile(
     r"[\[(]?(?:[pnu\u00b5\u03bcmkMG]?(?:s|sec|min|h|V|A|m|N|C|Hz|[Oo]hms?|\u03a9|\u2126|Pa|S|F)"
@@ -59,6 +61,8 @@ def _factor(unit: str, si: str) -> float:
         if angle is None:
             raise InputError(f"unit '{unit[:40]}' is not an angle; give it in 'deg' or 'rad'")
         return angle
+    if si == "Hz" and _ANGULAR.fullmatch(unit.strip(" ()[]")):
+        return 1 / (2 * math.pi)
     if not si:
         unit = clean_unit(unit)
         if unit in _PURE_NUMBER:

@@ -122,6 +122,22 @@ def test_a_frame_is_read_like_a_file(tmp_path: Path) -> None:
     assert_allclose(found.current.values, ilg.read(tmp_path / "step.csv").current.values, rtol=1e-12)
 
 
+@pytest.mark.parametrize("clock", ["durations", "dates"])
+@pytest.mark.parametrize("title", ["time", "time_s", "time_ms"])
+@pytest.mark.parametrize("index", [False, True])
+def test_durations_and_dates_have_a_unit_of_their_own(clock: str, title: str, index: bool) -> None:
+    pandas = pytest.importorskip("pandas")
+    times = pandas.to_timedelta(T, unit="s")
+    if clock == "dates":
+        times += pandas.Timestamp("2026-03-01 12:00")
+    frame = pandas.DataFrame({title: times, **{key: values for key, values in RECORD.items() if key != "time_s"}})
+    found, same = ilg.read(frame.set_index(title) if index else frame), ilg.read(RECORD)
+    assert isinstance(found, Record)
+    assert isinstance(same, Record)
+    assert_allclose(found.current.time, same.current.time, rtol=1e-9, atol=1e-9)
+    assert found.notes == ()
+
+
 def test_spectra_by_part_or_as_complex_numbers() -> None:
     found = [
         ilg.read(frequency=F, impedance=Z),

@@ -108,6 +108,15 @@ def test_a_sensors_word_for_nothing_is_no_position(sign: float) -> None:
     assert note.startswith("11 ")
 
 
+@pytest.mark.parametrize("quantity", ["voltage", "current"])
+def test_blank_readings_are_told(quantity: str) -> None:
+    r = record(step(), 300.0, 301, rest=20, noise=0.003, seed=1)
+    values = r.columns[quantity].copy()
+    values[100:110] = np.nan
+    (note,) = r.changed(**{quantity: values}).measurement().notes
+    assert (note.code, note.values) == ("rows-blank", {"quantity": quantity, "count": 10, "total": 321})
+
+
 def test_a_rest_at_zero_is_a_position() -> None:
     m, _ = moved(lambda y: np.where(np.arange(len(y)) < 20, 0.0, y))
     assert notes(m, "drop-outs") == []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 import time
 from pathlib import Path
 
@@ -60,6 +62,9 @@ def test_encodings(encoding: str, tmp_path: Path) -> None:
         ("f (Hz);Zreal (kOhm);Zimag (kOhm)", (1, 1e-3, 1e-3)),
         ("freq_Hz;re_ohm;minus_im_ohm", (1, 1, -1)),
         ("freq_Hz;Z'_\u03a9;-Z''_\u2126", (1, 1, -1)),
+        ("omega_rad/s;re_ohm;im_ohm", (2 * np.pi, 1, 1)),
+        ("\u03c9 (rad/s);Z'_\u03a9;Z''_\u2126", (2 * np.pi, 1, 1)),
+        ("Angular frequency [rad s^-1];Re [kohm];Im [ohm]", (2 * np.pi, 1e-3, 1)),
     ],
 )
 def test_units_and_signs_of_columns(header: str, factor: tuple[float, float, float], tmp_path: Path) -> None:
@@ -70,6 +75,23 @@ def test_units_and_signs_of_columns(header: str, factor: tuple[float, float, flo
     ]
     path = tmp_path / "s.csv"
     path.write_text("\n".join([header.replace("kOhm", "kohm"), *rows]), encoding="utf-8")
+    assert read_spectrum(path).impedance == pytest.approx(Z[::-1], rel=1e-12)
+
+
+def test_an_admittance_is_a_conductance_and_a_susceptance(tmp_path: Path) -> None:
+    path = tmp_path / "s.csv"
+    rows = [f"{f!r};{1e3 * y.real!r};{1e3 * y.imag!r}" for f, y in zip(F.tolist(), (1 / Z).tolist(), strict=True)]
+    path.write_text("\n".join(["f_Hz;G_mS;B_mS", *rows]), encoding="utf-8")
+    assert read_spectrum(path).impedance == pytest.approx(Z[::-1], rel=1e-12)
+
+
+def test_degrees_are_not_radians(tmp_path: Path) -> None:
+    path = tmp_path / "s.csv"
+    rows = [f"{f!r};{abs(z)!r};{math.degrees(cmath.phase(z))!r}" for f, z in zip(F.tolist(), Z.tolist(), strict=True)]
+    path.write_text("\n".join(["frequency_Hz;modulus_ohm;phase_rad", *rows]), encoding="utf-8")
+    with pytest.raises(InputError, match=r"column 'phase_rad' reaches .* rad, more than a whole turn.*phase_deg"):
+        read_spectrum(path)
+    path.write_text("\n".join(["frequency_Hz;modulus_ohm;phase_deg", *rows]), encoding="utf-8")
     assert read_spectrum(path).impedance == pytest.approx(Z[::-1], rel=1e-12)
 
 

@@ -194,9 +194,9 @@ def test_lines_are_counted_as_an_editor_does(read: Reader) -> None:
 @pytest.mark.parametrize(
     ("times", "hint"),
     [
-        ("0 1 1", "line 4: time 1 s repeats 1 s; sort the file by time"),
-        ("0 1 0.5", "line 4: time 0.5 s goes back from 1 s"),
-        ("0 0 1", "line 3: time 0 s repeats 0 s"),
+        ("0 1 1", "line 4: time 1 s repeats 1 s; leave one row out"),
+        ("0 0 1 1 1", "line 3: time 0 s repeats 0 s, as 3 of 5 do: write times with more digits"),
+        ("0 1 0.5", "line 4: time 0.5 s goes back from 1 s; sort the file by time"),
     ],
 )
 def test_times_ascend(read: Reader, times: str, hint: str) -> None:
