@@ -180,8 +180,8 @@ def run_tests(
         time.sleep(0.05)
     code = os.waitstatus_to_exitcode(ended[1])
     output = (folder / "output.txt").read_text(encoding="utf-8", errors="replace")
-    if code == 4 and "while loading conftest" in output:  # as 2: a module cannot be imported any more
-        return "killed", []
+    if code == 4 and ("while loading conftest" in output or "ImportError" in output or "ERROR collecting" in output):
+        return "killed", []  # as 2: a module cannot be imported any more
     if code not in (0, 1, 2) and code >= 0:  # below 0: a crash
         raise RuntimeError(f"pytest ended with {code}, see {folder / 'output.txt'}")
     outcome = "survived" if code == 0 else "late" if code in (-signal.SIGXCPU, -signal.SIGKILL) else "killed"
@@ -255,7 +255,8 @@ def outcome_of(mutant: Mutant, folder: Path, calls: Calls) -> dict[str, str]:
         if outcome == "survived":
             outcome, failed = run_tests(folder, known or tests_of(mutant.module))
     except RuntimeError:
-        print((folder / "output.txt").read_text()[-2000:])
+        output = (folder / "output.txt").read_text()
+        print(output[:2000], output[-2000:], sep="\n...\n")
         raise
     path.write_text(source, encoding="utf-8")
     if not kernels:

@@ -135,7 +135,8 @@ def identify(
     Identification
         ``parameters`` maps names, listed under Notes, to estimates with ``value``, ``stderr`` and ``interval``;
         ``fit["capacitance"]`` is one of them. ``actuator`` is the fitted strip, ``warnings`` list doubtful points.
-        ``success`` is False if the data do not determine the answer. See `ilg.results`.
+        ``success`` is False where the misfit is so large that the parameters mean nothing; what the data do not
+        determine has a wide or open interval, and a finding. See `ilg.results`.
 
     Raises
     ------

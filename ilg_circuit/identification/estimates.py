@@ -123,14 +123,17 @@ def _held_because(port: PortFit) -> str:
     return f"no current or spectrum of a linear port fixes it (any Re below {limit:.4g} ohm fits as well): {how}"
 
 
-def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, onsets: Onsets) -> Estimates:
+def port_quantities(
+    port: PortFit, fit: FitResult, uncertainty: Uncertainty, onsets: Onsets, *, scattered: bool = False
+) -> Estimates:
     """Return the quantities derived from the port's parameters, with errors and 95 % intervals.
 
     They are the resistances at both ends of the spectrum, which do not depend on the choice of Re, the quantities that
     the model derives, such as time constants, and for one pole the constants of EC (4). Errors are propagated through
     the slopes of the logarithms. Intervals include the uncertainty of the onset as in `Onsets.widened`, with its
     correlations: an onset that changes R and C in opposite directions does not widen the interval of their product.
-    What follows from held parameters alone has no error, and says so.
+    Where parameters are ``scattered`` between files, they include that, too. What follows from held parameters alone
+    has no error, and says so.
     """
     values, model = port.values, port.model
     names, averaging = fit.averaging
@@ -151,7 +154,7 @@ def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, ons
     own = averaging @ (reported_covariance(fit) / np.outer(fit.values, fit.values)) @ averaging.T
     noise, quantile = _lengths(slopes, own), _quantiles(fit, slopes.T @ averaging)
     reach = onsets.reach(noise, quantile, lambda x: logarithms(np.log(fit.problem.scales.values(x)) @ averaging.T))
-    below, above = quantile * noise + reach
+    below, above = np.maximum(quantile * noise + reach, quantile * errors if scattered else 0.0)
     with np.errstate(over="ignore"):  # an end beyond all numbers is open
         low, high = np.exp(-below), np.exp(above)
     rows = zip(found.items(), errors.tolist(), low.tolist(), high.tolist(), strict=True)

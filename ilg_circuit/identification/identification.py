@@ -42,7 +42,7 @@ class Identification(Estimated, Warned, Result):
     actuator : Actuator
         The fitted strip, with the coupling if there is one.
     success : bool
-        False if the data do not determine the answer.
+        False where the misfit of a file is so large that the parameters mean nothing.
     warnings : tuple of str
         Findings as sentences; ``findings`` have codes and numbers.
     statistics : mapping of str to Any
@@ -107,7 +107,7 @@ class Identification(Estimated, Warned, Result):
 
     @property
     def success(self) -> bool:
-        """False if the misfit of a file is so large that the parameters are meaningless."""
+        """False where the misfit of a file is so large that the parameters mean nothing."""
         return not any(o.misfit is not None and o.misfit.fail for o in self.observations)
 
     @property

@@ -16,7 +16,6 @@ from ..fit.estimate import Estimates
 from ..fit.identifiability import DETERMINED
 from ..fit.intervals import require_method, uncertainties
 from ..fit.problem import Progress
-from ..fit.result import FitResult
 from ..fit.selection import Candidate
 from ..measurements.film import Film
 from ..measurements.prepare import LEAST_CURRENT
@@ -26,17 +25,15 @@ from ..measurements.spectrum import Spectrum
 from ..provenance import Provenance
 from ..strip.actuator import LONGEST_NAME, PAPER, PRESETS, Actuator
 from ..strip.electrodes import require_lump
-from ..strip.elements import lumped_elements, lumped_port
+from ..strip.elements import lumped_port
 from ..strip.models import electrical_model, registry
 from ..strip.specimen import Specimen
 from ..units import format_quantity
-from .coupling_fit import CouplingFit, fit_coupling
+from .between_files import between_files
+from .coupling_fit import fit_coupling
 from .current import CurrentData
-from .displacement_metrics import displacement_metrics
 from .estimates import (
     correlations,
-    displacement_quantities,
-    file_quantities,
     parameter_estimates,
     port_quantities,
     scattered,
@@ -50,20 +47,16 @@ from .joint import joined
 from .motion import NAMES
 from .motion_laws import LAWS
 from .observation_fit import (
-    LeftOut,
-    ObservationFit,
     consistency_findings,
-    leave_one_out,
-    leave_one_port_out,
     misfit_findings,
-    observation_fits,
     residuals_of,
 )
+from .observations import all_observations
 from .onset import clock_findings
 from .outliers import without_outliers
 from .port_findings import base_findings, port_findings
 from .port_fit import PortFit, on_all_rows
-from .port_model import Measured, PortData
+from .port_model import PortData
 from .selection import fit_best, fit_named
 from .statistics import statistics_of, told
 from .voltage import record_data
@@ -179,19 +172,22 @@ def identify(
         actuator = replace(actuator, coupling=coupling.coupling)
     highest = max((abs(d.voltage) for d in records), default=None)
     circuit = port.kind if port is not None else strip.material.model
+    rows, without = all_observations(port, coupling, fit, progress)
     uncertainty = uncertainty_of(circuit.name, fit, onsets.covariance(fit), highest)
+    if scatter := between_files(port, fit, rows):
+        uncertainty = scatter.added(uncertainty)
     if coupling is not None and coupling.spread is not None:
         uncertainty = scattered(uncertainty, coupling.motion.law, coupling.spread, len(coupling.individual))
     known = uncertainty if port is not None else with_known(uncertainty, strip.uncertainty)
     actuator = replace(actuator, uncertainty=known)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
+    parameters = scatter.widened(parameters)
     if coupling is not None:
         law_fitted = coupling.motion.law
         parameters = with_signs(parameters, law_fitted)
         each = {source: with_signs(part, law_fitted) for source, part in each.items()}
-    derived = port_quantities(port, fit, uncertainty, onsets) if port is not None else {}
-    rows, without = _observations(port, coupling, fit, progress)
+    derived = port_quantities(port, fit, uncertainty, onsets, scattered=bool(scatter)) if port is not None else {}
     rows = [onsets.told(row) for row in rows]
     if actuator.uncertainty is not None:
         left = residuals_of(rows)
@@ -369,31 +365,3 @@ def _actuator(
         return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
     except InputError as error:
         raise SolveError(f"the fit of model {port.kind.name} is impossible for a strip: {error}") from None
-
-
-def _observations(
-    port: PortFit | None, coupling: CouplingFit | None, fit: FitResult, progress: Progress
-) -> tuple[list[ObservationFit], LeftOut]:
-    """Return the rows of all observations, and the ports' fits without each file in turn."""
-    rows: list[ObservationFit] = []
-    without: LeftOut = []
-    own: list[tuple[str, Measured, FitResult]]
-    if port is not None:
-        without = leave_one_port_out(port, progress)
-        pairs = zip(port.data, port.individual, strict=True)
-        own = [(i.model.kind.name, d, i.fit) for d, i in pairs]
-        rows = observation_fits(port.data, own, port.fit, without, fit, 0)
-        for k, d in enumerate(port.data):
-            check = d.check if isinstance(d, ImpedanceData) else None
-            rows[k] = replace(rows[k], derived=file_quantities(d, fit, k), check=check)
-    if coupling is None:
-        return rows, without
-    first, ratio = len(rows), lumped_elements(coupling.motion.actuator).bending_ratio
-    own = [("d(s)", i.data, i.fit) for i in coupling.individual]
-    left_out = leave_one_out(coupling.fit, progress)
-    moved = observation_fits(coupling.data, own, coupling.fit, left_out, fit, first)
-    for k, (i, data) in enumerate(zip(coupling.individual, coupling.data, strict=True)):
-        per_volt = data.sign * ratio * coupling.coupling.static
-        derived = displacement_quantities(i, fit.nuisance_of(first + k), per_volt)
-        moved[k] = replace(moved[k], derived=derived, metrics=displacement_metrics(i))
-    return [*rows, *moved], without
