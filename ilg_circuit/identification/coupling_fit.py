@@ -131,6 +131,12 @@ def fit_coupling(
     return replace(found, fit=joint), findings
 
 
+def decisions(found: CouplingFit | None) -> dict[str, tuple[float, float, frozenset[str]]]:
+    """Return what the fits of displacements decided of each: its sign, a drift that is held, and the findings."""
+    every = found.individual if found is not None else ()
+    return {i.data.source: (i.data.sign, i.data.held, frozenset(f.code for f in i.findings)) for i in every}
+
+
 def _apart(found: CouplingFit, problem: Problem, progress: Progress) -> CouplingFit | None:
     """Return the fit in which every file keeps all parameters for itself, None if that fails, too."""
     names = [p.name for p in problem.parameters]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -30,7 +31,7 @@ from ..strip.models import electrical_model, registry
 from ..strip.specimen import Specimen
 from ..units import format_quantity
 from .between_files import between_files
-from .coupling_fit import fit_coupling
+from .coupling_fit import decisions, fit_coupling
 from .current import CurrentData
 from .estimates import (
     correlations,
@@ -64,6 +65,9 @@ from .voltage import record_data
 Data = Record | Spectrum | Film
 #: Engines for predictions, and weightings of a spectrum's points.
 ENGINES, WEIGHTINGS = ("ngspice", "exact"), ("modulus", "unit")
+
+#: Part of its bracket by which an onset must move for decisions on displacements to be made anew.
+_MOVED = 0.05
 
 
 @one_thread()
@@ -165,6 +169,11 @@ def identify(
             raise
         about_coupling.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
         joint = joined(port, None, actuator, names, progress)
+    if joint.coupling is not None and joint.port is not None and (moved := _at_onsets(records, joint.port)):
+        anew = partial(fit_coupling, moved, actuator, frozenset(own) & set(NAMES), progress, displacement_delay)
+        if decisions(anew(joint.coupling.motion.law.name)[0]) != decisions(joint.coupling):
+            coupling, about_coupling = anew(law)
+            joint = joined(joint.port, coupling, actuator, names, progress)
     fit, port, coupling, onsets = joint.fit, joint.port, joint.coupling, joint.onsets
     actuator = _actuator(port, strip, base, sources)
     if coupling is not None:
@@ -303,6 +312,22 @@ def _without_outliers(data: tuple[PortData, ...], held: float | None) -> tuple[t
             findings += said
         kept.append(d)
     return tuple(kept), findings
+
+
+def _at_onsets(records: Sequence[Moving], port: PortFit) -> list[Moving]:
+    """Return the records at the onsets and jumps of a fit; empty where none of a drive with later jumps has moved.
+
+    What a displacement's own fit decides of its drift it decides at the middle of the brackets at first.
+    """
+    there = {d.source: d for d in port.data if isinstance(d, CurrentData)}
+    placed: list[Moving] = []
+    telling = False
+    for d in records:
+        at = there.get(d.source)
+        moved = replace(d, share=at.share, places=at.places) if at is not None and isinstance(d, CurrentData) else d
+        telling |= len(d.record.voltage.widths) > 1 and abs(moved.share - d.share) > _MOVED
+        placed.append(moved)
+    return placed if telling else []
 
 
 def _at_placed_jumps(ports: Sequence[PortData], port: PortFit | None) -> list[CurrentData]:

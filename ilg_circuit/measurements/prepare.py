@@ -11,7 +11,7 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError, argument
 from ..findings import Finding
 from ..units import format_quantity
-from .forced import answered, as_set, forces_current
+from .forced import AnsweredDrive, as_set, forces_current
 from .lost import mended
 from .onset import Beginning, Bracket, Onset, Stated, answer_bracket, find_onset
 from .quality import blanks, clipped_tops, current_drift, dropouts, rest_drift
@@ -136,7 +136,7 @@ def _forced(table: Table, onset: Stated) -> Record:
     if unknown:
         missing = [*missing, Finding("columns-ignored", values={"columns": unknown})]
     current = _channel(time, forced, found, found.between)
-    measured = replace(drive, drive=answered(voltage, drive.drive), noise=0.0)
+    measured = AnsweredDrive.of(drive, voltage)
     notes = [*notes, *missing]
     return Record(
         name, found.time, measured, None, current, displacement, tuple(notes), found.beginning,
