@@ -1,7 +1,7 @@
 """Computes what an electron path that a spectrum does not show adds to the errors of the other parameters.
 
 Its resistance is then fixed as an open circuit. Any conductance from zero up to where the spectrum would show it may be
-there, and moves the other parameters: they are fitted anew over that range.
+there, and moves the other parameters: they are fitted anew over that range, which also tells its bound.
 """
 
 from __future__ import annotations
@@ -9,14 +9,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from ..fit.bounded import BoundedProfile, profile_bounded
 from ..fit.problem import Problem
+from ..fit.quantiles import student
 from ..fit.result import FitResult
-from .impedance import DC, INFINITE, ImpedanceData
+from ..units import format_quantity
 from .port_model import Measured
 
+#: The electron path, which a spectrum may not show.
+DC = "dc_resistance"
+#: Stands for an open circuit in a fit; finite, so that arithmetic stays finite.
+INFINITE = 1e200
 #: Largest conductance, relative to the largest admittance of the data.
 _MOST = 0.95
+_UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
+OPEN_PATH = "no electron path is seen: practically an open circuit"
 
 
 def open_path(found: FitResult, data: Sequence[Measured], *, costly: bool = False) -> BoundedProfile | None:
@@ -28,10 +37,30 @@ def open_path(found: FitResult, data: Sequence[Measured], *, costly: bool = Fals
     if problem.fixed.get(DC) != INFINITE:
         return None
     telling = [k for k, o in enumerate(problem.observations) if DC in o.names]
-    least = min(float(d.spectrum.modulus.min()) for d in data if isinstance(d, ImpedanceData))
 
     def at(conductance: float) -> Problem:
         return replace(problem, fixed={**problem.fixed, DC: 1 / conductance if conductance else INFINITE})
 
-    high = _MOST / least
-    return replace(profile_bounded(found, at, (0.0, high), telling, costly=costly), known=0.0)
+    return replace(profile_bounded(found, at, (0.0, _most(data)), telling, costly=costly), known=0.0)
+
+
+def _most(data: Sequence[Measured]) -> float:
+    """Return the largest conductance [S] of a path beside the ions' that is reckoned with."""
+    return _MOST / min(float(np.abs(d.shown(d.data)).min()) for d in data if d.quantity == "impedance")
+
+
+def told(found: FitResult, data: Measured) -> str:
+    """Return why the path was fixed as open, with the least resistance by the profile (95 %, one-sided)."""
+    profile = open_path(found, [data])
+    assert profile is not None
+    level = float(student(0.95, max(found.degrees_of_freedom - 1, 1)))
+    # the root of the deviance is nearly a straight line
+    roots, places = np.sqrt(profile.deviance), profile.places
+    last = int(np.flatnonzero(roots <= level)[-1])
+    limit = float(places[last])
+    if last + 1 == len(places) and limit < (1 - 1e-6) * _most([data]):
+        return _UNSEEN_PATH  # no fit with a larger conductance
+    if last + 1 < len(places):
+        limit = float(np.interp(level, roots[last : last + 2], places[last : last + 2]))
+    reason = OPEN_PATH if limit * float(np.abs(data.shown(data.data)).max()) < 1 else _UNSEEN_PATH
+    return f"{reason}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
