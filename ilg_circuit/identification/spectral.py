@@ -30,6 +30,8 @@ CYCLES_FROM_REST, CYCLES = 4, 6
 _FADED = 0.1
 #: Level of Student's distribution from which on a drift is shown.
 _DRIFTS = 0.9999
+#: Drift over a record, relative to the span, that curved responses may feign, and from which on it is taken off.
+_CURVED, _WORTH = 0.03, 0.08
 #: Longest part of a period without readings in a block of sines.
 MISSING = 0.25
 #: Condition of the regressors above which response and transient are not told apart.
@@ -171,7 +173,11 @@ def drift_of(step: float, voltage: Array, outputs: Array, frequency: Array, at_r
     for rows in parts:
         squares += (np.abs(rows[:, :-1] - rows[:, -1:] * rate) ** 2).sum(axis=0)
     error = np.sqrt(squares / (2 * freedom - 1) / powers)
-    shown = np.abs(rate) > student(_DRIFTS, 2 * freedom - 1) * error
+    # responses that are no parabolas leave a line, too
+    t = np.arange(len(voltage)) * step
+    a_part = np.ptp(outputs - rate[:, None] * t, axis=1) / t[-1]
+    shown = np.abs(rate) > np.maximum(student(_DRIFTS, 2 * freedom - 1) * error, _WORTH * a_part)
+    error = np.hypot(error, _CURVED * a_part)
     return Drift(np.where(shown, rate, 0.0), np.where(shown, error, 0.0), since)
 
 

@@ -123,8 +123,9 @@ def not_swept(t: Array, u: Array, low: float, high: float, frequency: Array) -> 
         if (b - a) * max(near) <= limit:
             continue
         out = (frequency >= min(near) / _BESIDE) & (frequency <= max(near) * _BESIDE)
-        if (out & ~lost).any():
-            about = {"from": a, "long": b - a, "low": float(frequency[out][0]), "high": float(frequency[out][-1])}
+        if (out & ~lost).any() or not out.any():
+            shown = frequency[out] if out.any() else np.sort(near)
+            about = {"from": a, "long": b - a, "low": float(shown[0]), "high": float(shown[-1])}
             findings.append(Finding("sweep-gap", values=about))
         lost |= out
     return lost, tuple(findings)
