@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import ilg_circuit as ilg
 from ilg_circuit.findings import codes
 from ilg_circuit.fit.intervals import uncertainties
+from ilg_circuit.identification.identification import Identification
 from ilg_circuit.identification.impedance import ImpedanceData
 from ilg_circuit.identification.open_path import DC
 from ilg_circuit.measurements.spectrum import prepare_spectrum
@@ -31,7 +32,7 @@ def noise(count: int, seed: int) -> NDArray[np.complex128]:
     return np.asarray(random.standard_normal(count) + 1j * random.standard_normal(count))
 
 
-def identified(f: Array, z: NDArray[np.complex128]) -> ilg.Identification:
+def identified(f: Array, z: NDArray[np.complex128]) -> Identification:
     return ilg.identify({"frequency_Hz": f, "re_ohm": z.real, "im_ohm": z.imag}, "paper", model="rc")
 
 
@@ -81,7 +82,7 @@ def test_written_digits_enter_the_errors(digit: float) -> None:
     for seed in range(12):
         resistance = float(np.random.default_rng([5, seed]).uniform(15.0, 45.0))
         z = impedance(F, resistance) * (1 + 0.0005 * noise(len(F), seed))
-        z = digit * (np.round(z.real / digit) + 1j * np.round(z.imag / digit))
+        z = np.round(z / digit) * digit
         found = ImpedanceData.of(prepare_spectrum(F, z)).individual(KIND, 0.0, None)
         low, high = uncertainties(found.fit).estimates["dynamic_resistance"].interval or (0.0, 0.0)
         held += low <= resistance <= high

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ilg_circuit as ilg
-from ilg_circuit.arrays import Array
+from ilg_circuit.arrays import Array, Mask
 from ilg_circuit.errors import InputError
 from ilg_circuit.findings import codes
 from ilg_circuit.identification.frequency_response import BodeOfRecords
@@ -123,7 +123,7 @@ def test_a_current_at_its_limit_tells_no_response(sine: Record) -> None:
         ilg.bode_of({**record, "displacement_m": np.clip(record["displacement_m"], -limit, limit)})
 
 
-def held(record: Record, kept: Array) -> Record:
+def held(record: Record, kept: Mask) -> Record:
     last = np.maximum.accumulate(np.where(kept, np.arange(len(kept)), 0))
     return {**record, "displacement_m": record["displacement_m"][last]}
 
