@@ -209,6 +209,7 @@ class _Tangent:
     def of(cls, problem: Problem, slopes: Array, units: Array) -> _Tangent:
         products = problem.products(slopes) * np.outer(units, units)
         sizes = np.sqrt(np.diag(products))
+        sizes[sizes == 0] = 1.0  # a value without effect: the steps' normal equations are singular
         return cls(slopes, units, sizes, products / np.outer(sizes, sizes))
 
     def step(self, residuals: Array) -> Array:
@@ -261,7 +262,10 @@ class _Trial:
                 tangent = _Tangent.of(problem, problem.derivatives(x)[1], np.ones(len(x)))
             else:
                 fresh = False
-            step = tangent.step(residuals)
+            try:
+                step = tangent.step(residuals)
+            except np.linalg.LinAlgError:
+                break
             if not np.isfinite(step).all():
                 break
             if np.abs(step / self._errors).max(initial=0.0) < _SETTLED:
@@ -284,6 +288,7 @@ class _Trial:
         """Return the covariance (n, n) of the coordinates ``x`` by residuals of unit variance."""
         information = problem.information(x)
         sizes = np.sqrt(np.diag(information))
+        sizes[sizes == 0] = 1.0
         return np.asarray(np.linalg.pinv(information / np.outer(sizes, sizes), hermitian=True) / np.outer(sizes, sizes))
 
     @property

@@ -41,7 +41,8 @@ class Observation:
     set (p,) to derivatives (m, p), which are central differences otherwise. ``nuisance`` (m, q) are linear terms of
     this observation alone, such as an offset. ``sigma`` [unit], one or one per sample (m,), is the standard deviation
     by which residuals are divided; ``size`` [unit] is the reference size of residuals. ``channels`` is the number of
-    equal parts of ``data``, such as real and imaginary ones, one after the other.
+    equal parts of ``data``, such as real and imaginary ones, one after the other. ``digits`` (m,) [unit] are the
+    units of the last digits that the readings were written with, where these are known.
     """
 
     source: str
@@ -56,6 +57,7 @@ class Observation:
     size: float = 1.0
     channels: int = 1
     derivatives: Callable[[Array], Array] | None = None
+    digits: Array | None = None
 
     @property
     def weighted(self) -> tuple[Array, Array]:

@@ -19,9 +19,10 @@ from ..strip.actuator import Uncertainty
 from ..units import format_quantity
 from .current import CurrentData
 from .displacement import DisplacementFit
-from .impedance import DC, ImpedanceData
+from .impedance import ImpedanceData
 from .motion_laws import MotionLaw
 from .onset import Onsets
+from .open_path import DC
 from .port_fit import PortFit
 from .port_model import ANY_LADDER, ELECTRODE_RESISTANCE, PortData
 

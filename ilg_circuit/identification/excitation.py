@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 from ..errors import InputError
 from ..measurements.jumps import voltage_jumps
 from ..measurements.smoothing import noise_level
@@ -17,6 +18,8 @@ from ..units import format_quantity
 _LEAVES, _CLEAR = 1e-3, 6.0
 #: Span [V] that is an excitation, whatever the noise; and part of the span that noise may be.
 _EXCITED, _MOST_NOISE = 0.02, 0.1
+#: Distance of readings, in median ones, from which on some are missing.
+GAP = 2.5
 #: Most jumps of a voltage, which lie between readings.
 _JUMPS = 2
 #: Least number of readings over which a voltage moves.
@@ -77,12 +80,12 @@ def excitation(t: Array, u: Array, source: str) -> tuple[Sines, ...] | Sweep:
         )
     if len(found := _sines(t[first:last], u[first:last])):
         return (Sines(slice(first, last), found, common_period(found, float(t[last - 1] - t[first]))),)
-    crossings = _crossings(t[first:last], u[first:last])
-    if steps := tuple(_steps(t, u, first, crossings)):
+    times = crossings(t[first:last], u[first:last])
+    if steps := tuple(_steps(t, u, first, times)):
         return steps
-    halves = np.diff(crossings)
+    halves = np.diff(times)
     if len(halves) >= _SWEPT and abs(_rank_correlation(halves)) > _SWEEPS:
-        begins, ends = _instantaneous(crossings, float(t[first])), _instantaneous(crossings[::-1], float(t[last - 1]))
+        begins, ends = _instantaneous(times, float(t[first])), _instantaneous(times[::-1], float(t[last - 1]))
         return Sweep(first, min(begins, ends), max(begins, ends), True)
     return Sweep(first, *_band(t[first:last], u[first:last]), False)
 
@@ -108,26 +111,34 @@ def _evenly(t: Array, u: Array) -> tuple[Array, Array]:
     return even, np.interp(even, t, u)
 
 
-def _resampled(t: Array, u: Array) -> tuple[Array, Array]:
-    """Return even times [s] from 0 on and the voltage less its mean, no more of them than its frequencies need."""
+def _resampled(t: Array, u: Array) -> tuple[Array, Array, Mask]:
+    """Return even times [s] from 0 on, the voltage less its mean, and where there are readings.
+
+    There are no more times than its frequencies need. The voltage is zero where readings are missing.
+    """
     even, signal = _evenly(t, u)
-    signal = signal - signal.mean()
+    place = np.clip(np.searchsorted(t, even), 1, len(t) - 1)
+    known = t[place] - t[place - 1] < GAP * float(np.median(np.diff(t)))
+    signal = np.where(known, signal - signal[known].mean(), 0.0)
     while len(signal) > _MANY:
         power = np.abs(np.fft.rfft(signal * np.hanning(len(signal)))) ** 2
         if power[len(power) // 4 :].sum() > _FAST * power.sum():
             break
-        signal, even = (
-            signal[: len(signal) // 2 * 2].reshape(-1, 2).mean(axis=1),
-            even[: len(even) // 2 * 2].reshape(-1, 2).mean(axis=1),
-        )
-    return even - t[0], signal
+        signal, even = _thinned(signal).mean(axis=1), _thinned(even).mean(axis=1)
+        known = np.asarray(_thinned(known).all(axis=1))
+    return even - t[0], signal, known
+
+
+def _thinned(row: Any) -> Any:
+    """Return samples (n,) by pairs (n / 2, 2)."""
+    return row[: len(row) // 2 * 2].reshape(-1, 2)
 
 
 def _sines(t: Array, u: Array) -> Array:
     """Return the frequencies [Hz], ascending, of the sines that make up a voltage; none if sines do not."""
-    place, signal = _resampled(t, u)
+    place, signal, known = _resampled(t, u)
     step, duration = float(place[1] - place[0]), float(t[-1] - t[0])
-    size = float(np.sqrt(np.mean(signal**2)))
+    size = float(np.sqrt(np.mean(signal[known] ** 2)))
     fade = np.hanning(len(place))
     found, left = np.zeros(0), signal
     while len(found) < _MOST:
@@ -137,8 +148,10 @@ def _sines(t: Array, u: Array) -> Array:
         new = float(lines[int(np.argmax(power))])
         if not new or (len(found) and np.abs(found - new).min() < _APART / duration):
             return np.zeros(0)
-        found, left = _refined(place, signal, np.sort(np.append(found, new)))
-        if np.sqrt(np.mean(left**2)) < _LEFT * size:
+        found, rest = _refined(place[known], signal[known], np.sort(np.append(found, new)))
+        left = np.zeros(len(signal))
+        left[known] = rest
+        if np.sqrt(np.mean(rest**2)) < _LEFT * size:
             return found if found[0] * duration >= 1 else np.zeros(0)
     return np.zeros(0)
 
@@ -158,7 +171,7 @@ def _refined(t: Array, signal: Array, frequency: Array) -> tuple[Array, Array]:
     return frequency, left
 
 
-def _crossings(t: Array, u: Array) -> Array:
+def crossings(t: Array, u: Array) -> Array:
     """Return the times [s] at which a voltage crosses the middle of its range, each time after a tenth of it."""
     middle = (float(u.max()) + float(u.min())) / 2
     away = u - middle
@@ -173,9 +186,9 @@ def _crossings(t: Array, u: Array) -> Array:
     return np.array(times)
 
 
-def _steps(t: Array, u: Array, first: int, crossings: Array) -> Iterator[Sines]:
+def _steps(t: Array, u: Array, first: int, times: Array) -> Iterator[Sines]:
     """Yield sines that follow one another, if they fill the record."""
-    halves = np.diff(crossings)
+    halves = np.diff(times)
     groups: list[list[int]] = []
     for k, half in enumerate(halves.tolist()):
         if groups and abs(half / float(np.median(halves[groups[-1]])) - 1) < _ALIKE:
@@ -184,7 +197,7 @@ def _steps(t: Array, u: Array, first: int, crossings: Array) -> Iterator[Sines]:
             groups.append([k])
     found = []
     for group in (g for g in groups if len(g) >= _FEWEST):
-        begin, end = np.searchsorted(t, [crossings[group[0]], crossings[group[-1] + 1]])
+        begin, end = np.searchsorted(t, [times[group[0]], times[group[-1] + 1]])
         lines = _sines(t[begin:end], u[begin:end]) if end - begin > 2 * _FEWEST else np.zeros(0)
         if len(lines) == 1:
             found.append(Sines(slice(int(begin), int(end)), lines, float(1 / lines[0])))
@@ -200,10 +213,10 @@ def _rank_correlation(values: Array) -> float:
     return float(spearmanr(np.arange(len(values)), values).statistic)
 
 
-def _instantaneous(crossings: Array, at: float) -> float:
+def _instantaneous(times: Array, at: float) -> float:
     """Return the frequency [Hz] ``at`` the time before the first of some crossings, by the first two half periods."""
-    halves = np.abs(np.diff(crossings[:3]))
-    middles = np.abs(crossings[:2] + np.diff(crossings[:3]) / 2 - at)
+    halves = np.abs(np.diff(times[:3]))
+    middles = np.abs(times[:2] + np.diff(times[:3]) / 2 - at)
     slope = np.log(halves[1] / halves[0]) / (middles[1] - middles[0])
     return float(0.5 / (halves[0] * np.exp(-slope * middles[0])))
 

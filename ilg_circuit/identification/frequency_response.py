@@ -17,7 +17,8 @@ from ..result import Column, Result
 from ..simulation.bode import QUANTITIES, Bode, half_power
 from ..units import format_quantity
 from .excitation import Sweep, excitation
-from .spectral import CYCLES, CYCLES_FROM_REST, Lines, joined, periods, polynomials
+from .spectral import CYCLES, CYCLES_FROM_REST, MISSING, Lines, drift_of, joined, periods, polynomials
+from .wave_faults import BRIDGED, gaps, longest_stretch, not_swept, sound
 
 #: Frequencies per decade of a sweep, fewest samples a cycle, and unevenness of steps that is none.
 _A_DECADE, _SAMPLES, _EVEN = 10, 5, 0.01
@@ -160,8 +161,11 @@ def bode_of_records(
     scatter). Raises InputError for a record without excitation or displacement, or one that is too short.
     """
     parts, findings = [], []
-    for waves in records:
-        lines, how, told = _of_record(waves, low, high, skip)
+    for record in records:
+        _require_motion(record)
+        waves, faults = sound(record)
+        lines, how, more = _of_record(waves, low, high, skip)
+        told = [*faults, *more]
         parts.append((waves, lines, how))
         findings += [note.about(waves.source) if len(records) > 1 else note for note in told]
     names = [name for name in ANSWERS if any(name in waves.answers for waves, _, _ in parts)]
@@ -246,21 +250,34 @@ def _with_all(waves: Waves, lines: Lines, names: Sequence[str]) -> Lines:
     )
 
 
-def _of_record(
-    waves: Waves, low: float | None, high: float | None, skip: float | None
-) -> tuple[Lines, str, list[Finding]]:
-    """Return the lines of one record, how it was excited, and findings."""
+def _require_motion(waves: Waves) -> None:
     if not waves.answers.keys() & {"displacement", "force"}:
         raise InputError(
             f"{waves.source}: the displacement is missing; give a record with a column such as displacement_mm or "
             "force_mN (a current alone is an impedance: fit it with identify)"
         )
+
+
+def _of_record(
+    waves: Waves, low: float | None, high: float | None, skip: float | None
+) -> tuple[Lines, str, list[Finding]]:
+    """Return the lines of one record, how it was excited, and findings."""
     excited = excitation(waves.time, waves.voltage, waves.source)
+    if isinstance(excited, Sweep) and not excited.sweeps:
+        waves, told = longest_stretch(waves)
+        if told:
+            lines, how, more = _of_record(waves, low, high, skip)
+            return lines, how, [*told, *more]
     outputs = np.array(list(waves.answers.values()))
     if isinstance(excited, Sweep):
         return _swept(waves, outputs, excited, low, high)
     parts, findings = [], []
     for sines in excited:
+        findings += [
+            Finding("sines-gap", values={"from": a, "long": b - a})
+            for a, b in gaps(waves.time[sines.part])
+            if b - a > MISSING * sines.period
+        ]
         try:
             lines, begin = periods(
                 waves.time[sines.part],
@@ -324,13 +341,44 @@ def _swept(
     rests = slice(max(start - _REST, 0), start + 1 if start >= _AT_REST else last) if from_rest else slice(start, None)
     signals = np.vstack([waves.voltage, outputs])
     signals = signals[:, start:] - signals[:, rests].mean(axis=1)[:, None]
-    even = np.arange(len(t)) * step
-    if np.abs(np.diff(t) / step - 1).max() > _EVEN:
-        even = np.arange(0.0, t[-1], step)
-        signals = np.array([np.interp(even, t, row) for row in signals])
     frequency = np.geomspace(begins, ends, count)
-    lines = polynomials(step, signals[0], signals[1:], frequency, (rests.stop - rests.start) if from_rest else 0)
+    if excited.sweeps:
+        lost, told = not_swept(t, u, excited.low, excited.high, frequency)
+        findings += [
+            replace(note, values={**note.values, "from": note.values["from"] + waves.time[start]}) for note in told
+        ]
+        frequency = frequency[~lost]
+        if not len(frequency):
+            raise InputError(f"{waves.source}: {'; '.join(map(str, findings))}: no frequency is left; measure again")
+    if np.abs(np.diff(t) / step - 1).max() > _EVEN:
+        signals = _evenly(t, signals, step)
+    readings = rests.stop - rests.start if from_rest else 0
+    even: Array = np.arange(signals.shape[1], dtype=np.float64) * step
+    since = float((waves.time[rests].mean() if from_rest else waves.time[start:].mean()) - waves.time[start])
+    drift = None
+    if all(b - a < BRIDGED * step for a, b in gaps(t)):  # what is missing looks like a drift
+        drift = drift_of(step, signals[0], signals[1:], frequency, readings, since)
+        for name, rate, values in zip(waves.answers, drift.rate.tolist(), signals[1:], strict=True):
+            if rate:
+                share = abs(rate) * float(t[-1]) / float(np.ptp(values))
+                findings.append(Finding("answer-drifts", values={"quantity": name, "rate": rate, "share": share}))
+        signals[1:] -= drift.at(even)
+    lines = polynomials(step, signals[0], signals[1:], frequency, readings, drift)
     return lines, "sweep" if excited.sweeps else "noise", findings
+
+
+def _evenly(t: Array, signals: Array, step: float) -> Array:
+    """Return ``signals`` (s, n) at even times, by cubic splines, and by straight lines where many are missing."""
+    from scipy.interpolate import CubicSpline
+
+    even = np.arange(0.0, t[-1], step)
+    curves = CubicSpline(t, signals, axis=1)(even)
+    for a, b in gaps(t):
+        if b - a < BRIDGED * step:
+            continue
+        inside = (even > a) & (even < b)
+        curves[:, inside] = [np.interp(even[inside], t, row) for row in signals]
+    return np.asarray(curves)
 
 
 def _middle(values: Array) -> float:

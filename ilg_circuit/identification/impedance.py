@@ -8,7 +8,7 @@ that is practically open, are fixed and named.
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, get_args
 
@@ -22,23 +22,18 @@ from ..fit.identifiability import DETERMINED
 from ..fit.multistart import Search, StartSummary, gather, search
 from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
-from ..fit.quantiles import student
+from ..measurements.smoothing import last_place
 from ..measurements.spectrum import Spectrum
 from ..strip.models import ElectricalModel
-from ..units import format_quantity
 from .kramers_kronig import KramersKronig, kramers_kronig
+from .noise_law import NoiseLaw, noise_law
+from .open_path import DC, INFINITE, OPEN_PATH, told
 from .port_model import ANY_LADDER, IndividualFit, PortModel, observed, port_problem
 
 Weighting = Literal["modulus", "unit", "proportional"]
 
-#: The electron path, which a spectrum may not show.
-DC = "dc_resistance"
 #: Resistance of an open electron path in the fitted strip, relative to the largest measured impedance.
 _OPEN = 1e6
-#: Stands for an open circuit in a fit; finite, so that arithmetic stays finite.
-INFINITE = 1e200
-_UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
-OPEN_PATH = "no electron path is seen: practically an open circuit"
 #: Standard error of a parameter's logarithm, all others held, above which the data do not determine it.
 FELT = 3.0
 #: Largest absolute logarithm of a physical SI value.
@@ -68,6 +63,7 @@ class ImpedanceData:
     bias: float
     source: str
     weighting: Weighting = "modulus"
+    law: NoiseLaw | None = None
 
     quantity = "impedance"
     unit = ""
@@ -116,6 +112,11 @@ class ImpedanceData:
 
     @cached_property
     def _weights(self) -> Array:
+        even = self._even_weights
+        return even if self.law is None else even / np.tile(self.law.profile, 2)
+
+    @property
+    def _even_weights(self) -> Array:
         z = self.spectrum.impedance
         size = np.abs(z)
         if self.weighting == "unit":
@@ -125,6 +126,12 @@ class ImpedanceData:
         # a part that crosses zero would dominate all others
         parts = np.abs(np.concatenate([z.real, z.imag]))
         return 1 / np.maximum(parts, 1e-2 * np.concatenate([size, size]))
+
+    @cached_property
+    def _digits(self) -> Array:
+        """Units of the last digits of the readings, as `numbers`."""
+        z = self.spectrum.impedance
+        return np.concatenate([last_place(z.real), last_place(z.imag)]) * self._weights
 
     def numbers(self, z: ComplexArray) -> Array:
         return np.concatenate([z.real, z.imag], axis=-1) * self._weights
@@ -167,7 +174,8 @@ class ImpedanceData:
             return self.numbers(np.array([port.impedance(s, self.bias, ideal=True) for port in ports]))
 
         predict = linear if kind.linear and model.held is not None else about_bias
-        return observed(self, model.names, predict, np.zeros((len(self.data), 0)), sigma, channels=2)
+        found = observed(self, model.names, predict, np.zeros((len(self.data), 0)), sigma, channels=2)
+        return replace(found, digits=self._digits)
 
     channel = None
     share = 0.0
@@ -227,7 +235,13 @@ class ImpedanceData:
         result = fit(problem, start, progress, tolerance=1e-13)
         if result.sum_of_squares > found.best.sum_of_squares * (1 + _SAME) + 1e-24:
             raise SolveError(f"the fit of model {kind.name} did not return to the best of its {len(found.runs)} starts")
+        if DC in fixed:
+            fixed[DC] = told(result, self)
         starts = StartSummary(len(found.runs), found.near(_SAME))
+        if self.law is not None:
+            result = replace(result, freedom=self.law.freedom(result))
+        elif (law := noise_law(result, self.abscissa, self.spectrum.modulus)) is not None:
+            return replace(self, law=law).individual(kind, held, progress, seed)
         return IndividualFit(self, model, with_starts(result, starts), fixed, unfelt)
 
     def open_path(self) -> float:
@@ -257,7 +271,7 @@ class ImpedanceData:
         if gain(without.best.sum_of_squares) >= 0 and not doubtful:
             return problem, x, found, {}
         x = _within(closed, without.best.parameters)
-        return closed, x, without, {DC: self._open_text(closed, model, x)}
+        return closed, x, without, {DC: OPEN_PATH}
 
     def _lonely_errors(self, problem: Problem, x: Array, squares: float) -> Array:
         """Return the standard error (n,) of every coordinate with all others held, a lower limit of the true error."""
@@ -312,27 +326,6 @@ class ImpedanceData:
             around = found.best.parameters + random.uniform(-0.3, 0.3, len(problem.labels))
             found = gather([*found.runs, *descents([*suggested(_MORE_FITS), around]).runs], 1e-26)
         return found
-
-    def _open_text(self, problem: Problem, model: PortModel, x: Array) -> str:
-        """Return why Rdc is fixed: an open circuit, with the lower limit of the resistance (95 %, one-sided).
-
-        Linear in the conductance G = 1/Rdc about 0: dZ/dG = -(Z - Re)^2, the other parameters' directions taken out.
-        """
-        held, numbers = model.held or 0.0, problem.predictions(x[None])[0]
-        direction = self.numbers(-((self.shown(numbers) - held) ** 2))
-        residuals = problem.data - numbers
-        tangent = np.linalg.qr(problem.derivatives(x)[1])[0]
-        whole = float(direction @ direction)
-        direction = direction - tangent @ (tangent.T @ direction)
-        size = float(direction @ direction)
-        if size < 1e-9 * whole:  # another parameter has the same effect
-            return OPEN_PATH
-        freedom = max(len(residuals) - len(x) - 1, 1)
-        best = max(float(direction @ residuals) / size, 0.0)
-        deviation = np.sqrt(float(residuals @ residuals) / freedom / size) + np.finfo(float).tiny
-        limit = best + float(student(0.95, freedom) * deviation)
-        reason = OPEN_PATH if limit * float(self.spectrum.modulus.max()) < 1 else _UNSEEN_PATH
-        return f"{reason}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
 
 
 def _within(problem: Problem, x: Array) -> Array:

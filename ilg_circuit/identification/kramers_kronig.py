@@ -18,6 +18,7 @@ from ..arrays import Array, ComplexArray, Mask
 from ..errors import InputError
 from ..findings import Finding
 from ..fit.criteria import structured
+from ..measurements.smoothing import last_place
 from ..measurements.spectrum import Spectrum
 from ..units import format_quantity
 from .measurement_model import MeasurementModel, measurement_model
@@ -39,8 +40,6 @@ _RUN = 3
 _NOISY, _STRUCTURED, _OVER_ROUNDING = 0.01, 0.003, 2.0
 #: Median modulus of a complex normal number whose parts have variance one, divided by sqrt(2).
 _MEDIAN = np.sqrt(np.log(2))
-#: Largest number of significant digits that are attributed to the file.
-_DIGITS = 12
 
 
 @dataclass(frozen=True)
@@ -96,20 +95,7 @@ def last_digit(z: ComplexArray) -> Array:
 
     All readings of a column are assumed to have the digits, significant or decimal, of its longest number.
     """
-    return np.asarray(np.hypot(_unit(z.real), _unit(z.imag)) / 2 / np.abs(z))
-
-
-def _unit(x: Array) -> Array:
-    """Return the unit of the last digit of each number (f,) of a column."""
-    size = np.abs(x)
-    shown = [f"{v:.{_DIGITS - 1}e}".split("e") for v in size[size > 0]]
-    if not shown:
-        return np.zeros_like(x)
-    digits = np.array([len(mantissa.replace(".", "").rstrip("0")) for mantissa, _ in shown])
-    powers = np.array([float(power) for _, power in shown])
-    power = np.floor(np.log10(np.where(size > 0, size, 1.0)))
-    by_digits = np.where(size > 0, 10.0 ** (power - digits.max() + 1), 0.0)
-    return np.maximum(by_digits, 10.0 ** -float((digits - 1 - powers).max()))
+    return np.asarray(np.hypot(last_place(z.real), last_place(z.imag)) / 2 / np.abs(z))
 
 
 def _checked(f: Array, z: ComplexArray, digit: Array, *, admittance: bool) -> KramersKronig:

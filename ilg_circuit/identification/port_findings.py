@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ..arrays import Array
 from ..findings import Finding
-from ..fit.coarse import coarse_step
+from ..fit.coarse import coarse_runs, coarse_step, rounding_covariance
 from ..fit.criteria import structured
 from ..fit.misfit import WARN_SPECTRUM
+from ..fit.quantiles import fisher
+from ..fit.result import FitResult
 from ..fit.selection import Candidate
 from ..measurements.smoothing import noise_level
 from ..strip.actuator import Actuator
@@ -16,7 +20,8 @@ from ..strip.specimen import Specimen
 from .coupling_fit import CouplingFit
 from .current import CurrentData
 from .displacement_findings import start_findings
-from .impedance import DC, ImpedanceData
+from .impedance import ImpedanceData
+from .open_path import DC
 from .port_fit import PortFit
 from .port_model import PortData
 
@@ -24,6 +29,8 @@ from .port_model import PortData
 _OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
 #: A spectrum's misfit is reported above this factor of its own noise and this fraction of abs(Z).
 _MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
+#: Quantile of the ratio of variances above which a misfit is no chance.
+_SURE = 0.999
 #: A model that "auto" does not try, since most spectra do not determine it; named where none of its candidates fits.
 _UNTRIED = "randles"
 #: Ratio to the chosen model's rms below which a rejected candidate of smallest rms is reported: more parameters always
@@ -40,7 +47,8 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
     for k, d in enumerate(port.data):
         residuals, subject = port.fit.residuals_of(k), d.source
         if isinstance(d, ImpedanceData):
-            found += spectrum_findings(d, residuals, port.kind.name)
+            found += spectrum_findings(d, residuals, port.kind.name, unknowns=float(port.fit.leverage[k]))
+            found += _digits(d, port.fit, k)
             continue
         assert isinstance(d, CurrentData)
         if d.drifts:
@@ -71,11 +79,15 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
     return found + rejected_findings(candidates)
 
 
-def spectrum_findings(data: ImpedanceData, residuals: Array, model: str) -> list[Finding]:
-    """Return findings on the ``residuals`` (2 f,) that a ``model`` leaves of a spectrum."""
+def spectrum_findings(data: ImpedanceData, residuals: Array, model: str, unknowns: float = 0.0) -> list[Finding]:
+    """Return findings on the ``residuals`` (2 f,) that a ``model`` of so many ``unknowns`` leaves of a spectrum.
+
+    They are compared with those of the measurement model, which determines as many unknowns as the points support.
+    """
     found: list[Finding] = []
     share = data.relative_rms(residuals)
-    if share > max(_MISFIT * data.check.rms, _NEGLIGIBLE_MISFIT):
+    sure = share > WARN_SPECTRUM or _beyond_chance(data, share, unknowns)
+    if sure and share > max(_MISFIT * data.check.rms, _NEGLIGIBLE_MISFIT):
         low, high, worst = data.worst_window(residuals)
         values = {"model": model, "share": share, "noise": data.check.rms}
         values |= {"complex": data.complex_rms(residuals), "from": low, "to": high, "worst": worst}
@@ -83,6 +95,25 @@ def spectrum_findings(data: ImpedanceData, residuals: Array, model: str) -> list
     if structured(residuals) and share > _NEGLIGIBLE_MISFIT:
         found.append(Finding("residuals-autocorrelated", data.source))
     return found
+
+
+def _beyond_chance(data: ImpedanceData, share: float, unknowns: float) -> bool:
+    """Return True if a variance of residuals exceeds the noise's by more than few degrees of freedom explain."""
+    readings, told = 2 * len(data.abscissa), 2 * int((~data.check.bad).sum())
+    left, spare = readings - unknowns, told - data.check.freedom
+    if min(left, spare) < 1:
+        return False
+    ratio = (share**2 * readings / left) / max(data.check.rms**2 * told / spare, np.finfo(float).tiny)
+    return bool(ratio > fisher(_SURE, left, spare))
+
+
+def _digits(d: ImpedanceData, fit: FitResult, k: int) -> list[Finding]:
+    """Return a finding if the digits that a spectrum was written with are the larger part of a value's error."""
+    steps = d.shown(coarse_runs(fit, k)[0])
+    step = float(np.abs(np.concatenate([steps.real, steps.imag])).max())
+    if not step or not (np.diag(rounding_covariance(fit)) > fit.errors**2).any():
+        return []
+    return [Finding("digits-coarse", d.source, {"step": step})]
 
 
 def rejected_findings(candidates: Sequence[Candidate]) -> list[Finding]:

@@ -18,7 +18,8 @@ from ..fit.result import FitResult
 from ..fit.selection import EVIDENCE
 from ..strip.models import ElectricalModel, Ladders, electrical_model
 from ..strip.port import Port
-from .impedance import DC, ImpedanceData
+from .impedance import ImpedanceData
+from .open_path import DC
 from .port_model import BY_TIME, IndividualFit, PortData, PortModel, port_problem, sigma_of
 from .port_start import suggestions
 

@@ -25,7 +25,8 @@ from ..fit.parameter import Parameter
 from ..fit.problem import Problem
 from ..fit.result import FitResult
 from ..strip.models import ElectricalModel
-from .impedance import DC, FELT, OPEN_PATH, ImpedanceData
+from .impedance import FELT, ImpedanceData
+from .open_path import DC, OPEN_PATH
 from .port_model import ELECTRODE_RESISTANCE, observed
 
 Contact = Literal["end", "both"]

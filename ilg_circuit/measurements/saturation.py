@@ -36,10 +36,12 @@ def saturated(t: Array, values: Array) -> tuple[Mask, tuple[Finding, ...]]:
     if not span or moving.sum() <= _STUCK:
         return stuck, ()
     still = float(np.median(values[~moving])) if (~moving).any() else float(values[0])
-    for limit in (float(values[moving].max()), float(values[moving].min())):
+    limits = (float(values[moving].max()), float(values[moving].min()))
+    between = moving & (np.abs(values[:, None] - limits) > _EQUAL * span).all(axis=1)
+    steps = np.abs(np.diff(values[between]))
+    for limit in limits:
         at = moving & (np.abs(values - limit) <= _EQUAL * span)
         long = [(a, b) for a, b in runs(at) if b - a >= _STUCK and _sudden(values, a, b, span)]
-        steps = np.abs(np.diff(values[moving & ~at]))
         if not long or len(steps) < _STUCK or abs(limit - still) < _FAR * span:
             continue
         if np.mean(steps <= _EQUAL * span) > _SELDOM:

@@ -20,6 +20,8 @@ WIDTHS = (1, 5, 9, 17, 33, 65, 129)
 _CONFIDENCE = 2.0
 #: Largest digit of an instrument, as a fraction of the range of the readings.
 _DIGIT = 0.01
+#: Largest number of significant digits that are attributed to a file.
+_DIGITS = 12
 #: Median of the magnitude of a normal variable, in standard deviations.
 _MEDIAN = 0.6745
 #: Number of values that are processed at once, which limits the memory.
@@ -73,6 +75,22 @@ def digit(values: Array) -> float:
     """Return the instrument's `resolution`, 0 if the smallest difference belongs to the signal."""
     step = resolution(values)
     return step if step < _DIGIT * float(np.ptp(values)) else 0.0
+
+
+def last_place(values: Array) -> Array:
+    """Return the unit of the last digit that each of the ``values`` (n,) of a column was written with.
+
+    All are assumed to have the digits, significant or decimal, of the longest number.
+    """
+    size = np.abs(values)
+    shown = [f"{v:.{_DIGITS - 1}e}".split("e") for v in size[size > 0]]
+    if not shown:
+        return np.zeros_like(values)
+    digits = np.array([len(mantissa.replace(".", "").rstrip("0")) for mantissa, _ in shown])
+    powers = np.array([float(power) for _, power in shown])
+    power = np.floor(np.log10(np.where(size > 0, size, 1.0)))
+    by_digits = np.where(size > 0, 10.0 ** (power - digits.max() + 1), 0.0)
+    return np.maximum(by_digits, 10.0 ** -float((digits - 1 - powers).max()))
 
 
 def smoothed(t: Array, y: Array, noise: float | None = None) -> Smoothed:

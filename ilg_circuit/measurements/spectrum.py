@@ -20,6 +20,8 @@ from .table import Headers, Table
 _FEWEST_POINTS = 6
 #: Im Z / abs(Z) at the upper end above which Im Z is an inductance's, not noise about zero.
 _INDUCTIVE = 1e-3
+#: The same where there are too few points to estimate the noise, and how many these are.
+_INDUCTIVE_OF_FEW, _FEW = 0.03, 16
 #: Relative difference below which two frequencies are the same.
 _SAME = 1e-6
 _LARGEST, _SMALLEST = 1e15, 1e-15
@@ -163,7 +165,8 @@ def _inductive(z: ComplexArray) -> Mask:
     if not len(z):
         return np.zeros(0, dtype=bool)
     part = z.imag / np.abs(z)
-    positive = part > max(_INDUCTIVE, 4 * noise_level(part))
+    least = _INDUCTIVE_OF_FEW if len(z) < _FEW else max(_INDUCTIVE, 4 * noise_level(part))
+    positive = part > least
     run = len(z) - int(np.argmin(positive[::-1])) if not positive.all() else 0
     return np.arange(len(z)) >= run
 

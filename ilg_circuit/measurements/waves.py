@@ -20,7 +20,7 @@ from .said import NOTHING, Said
 from .table import Table
 
 #: Fewest readings of a record.
-_FEWEST = 32
+FEWEST = 32
 #: Largest part of the readings that may be missing, and be read off between the others.
 _MISSING = 0.1
 #: What a record may answer with.
@@ -99,8 +99,8 @@ def read_sensed(data: Readings, name: str, terminals: str | None = None, said: S
                 else ", between or through the terminals"
             )
         )
-    if len(table.time) < _FEWEST:
-        raise InputError(f"{table.source}: {len(table.time)} readings; sensing needs {_FEWEST} and more")
+    if len(table.time) < FEWEST:
+        raise InputError(f"{table.source}: {len(table.time)} readings; sensing needs {FEWEST} and more")
     ((quantity, signal),) = signals.items()
     moved, shown = _filled(table, "displacement", motion), _filled(table, quantity, signal)
     ends = "open" if quantity == "voltage" else "short"
@@ -130,8 +130,8 @@ def _waves(table: Table) -> Waves:
     voltage = table.get("voltage")
     if voltage is None:
         raise InputError(f"{table.source}: the column for voltage has no number in it")
-    if len(table.time) < _FEWEST:
-        raise InputError(f"{table.source}: {len(table.time)} readings; a response needs {_FEWEST} and more")
+    if len(table.time) < FEWEST:
+        raise InputError(f"{table.source}: {len(table.time)} readings; a response needs {FEWEST} and more")
     every = {name: values for name in ANSWERS if (values := table.get(name)) is not None}
     found = {name: values for name, values in every.items() if np.nanmax(values) > np.nanmin(values)}
     filled = {name: _filled(table, name, values) for name, values in {"voltage": voltage, **found}.items()}

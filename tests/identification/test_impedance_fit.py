@@ -15,7 +15,8 @@ from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.fit import fitting
 from ilg_circuit.fit.identifiability import DETERMINED
 from ilg_circuit.identification import identify, impedance
-from ilg_circuit.identification.impedance import DC, ImpedanceData, Weighting
+from ilg_circuit.identification.impedance import ImpedanceData, Weighting
+from ilg_circuit.identification.open_path import DC
 from ilg_circuit.identification.port_fit import PortFit
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.strip.models import ElectricalModel, electrical_model
@@ -42,7 +43,7 @@ def fit_spectrum(
     """The port from a spectrum, of whose search the seed is given."""
     data = ImpedanceData.of(z, weighting=weighting)
     only = data.individual(electrical_model(model), held, None, seed)
-    return PortFit(only.model, (data,), (only,), only.fit, only.fixed, only.unfelt)
+    return PortFit(only.model, (only.data,), (only,), only.fit, only.fixed, only.unfelt)
 
 
 def relative_rms(found: PortFit) -> float:
