@@ -113,11 +113,17 @@ class BodeOfRecords(Warned, Result):
 
     @property
     def bandwidth(self) -> float | None:
-        """Frequency [Hz] from which on the displacement is below 0.707 of that at the lowest one; None if never."""
+        """Frequency [Hz] from which on the displacement is below 0.707 of that at the lowest one.
+
+        None if it never is, or if readings are missing where one of the two frequencies was swept.
+        """
         if "displacement" not in self.responses:
             return None
         known = np.isfinite(self.magnitude("displacement"))
-        return half_power(self.frequency[known], self.magnitude("displacement")[known])
+        found = half_power(self.frequency[known], self.magnitude("displacement")[known])
+        missed = [(note.values["low"], note.values["high"]) for note in self.findings if note.code == "sweep-gap"]
+        lost = any(low < self.frequency[0] or (found is not None and low <= found <= high) for low, high in missed)
+        return None if lost else found
 
     def table(self) -> tuple[Column, ...]:
         """Return frequency [Hz], and magnitude, phase [deg], their 95 % bands and the coherence of each answer (f,)."""

@@ -30,7 +30,7 @@ def facts(result: BodeOfRecords) -> list[tuple[str, str]]:
     width = result.bandwidth
     notes = []
     if "displacement" in result.responses:
-        known = "beyond these frequencies" if width is None else format_quantity(width, "Hz", 4)
+        known = "not among these frequencies" if width is None else format_quantity(width, "Hz", 4)
         notes.append(("bandwidth of the displacement", known))
     for name in result.responses:
         coherence = result.coherence[name][np.isfinite(result.coherence[name])]

@@ -147,3 +147,16 @@ def test_a_coarse_camera_holds_no_frames(chirp: Record) -> None:
     record = noisy(chirp, 0)
     record["displacement_m"] = np.round(record["displacement_m"] / 2e-5) * 2e-5
     assert not codes(ilg.bode_of(record).findings)
+
+
+def test_no_bandwidth_is_told_where_its_frequency_was_not_swept(chirp: Record) -> None:
+    true = ilg.bode("paper", "20mHz", "0.5Hz", points=400, beam="static").bandwidth
+    assert true is not None
+    swept = 400.0 * np.log(true / 0.02) / np.log(0.5 / 0.02)  # when it was driven
+    widths = {}
+    for name, (begin, end) in {"there": (swept - 12, swept + 12), "elsewhere": (swept + 100, swept + 115)}.items():
+        found = ilg.bode_of(without(noisy(chirp, 1), 10 + begin, 10 + end))
+        assert "sweep-gap" in codes(found.findings)
+        widths[name] = found.bandwidth
+    assert widths["there"] is None
+    assert widths["elsewhere"] is not None
