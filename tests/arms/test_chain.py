@@ -228,3 +228,23 @@ def test_a_lattice_says_how_far_it_errs_and_is_refined_by_default(monkeypatch: p
         assert motion.signals["voltages"].shape == (3, segments)
         assert "arm-lattice-error" in {e.finding.code for e in motion.events}
     assert ilg.arm("10ms", segments=3, samples=3, tolerance=1e-2).motion.arm.segments == 3
+
+
+def test_stiffness_is_the_slope_of_what_acts_with_a_wall_a_load_and_weight() -> None:
+    n = 5
+    ones = np.ones(n)
+    chain = Chain(
+        ones / n, ones, 2 * ones, 0.05 * ones, weight=0.5 - 3j, pull=0.5 - 1j, place=0.5, load=(0.0, 3.0, 0.0),
+        contact=Contact(-0.12j, 1j, 40.0, 0.0),
+    )  # fmt: skip
+    angles = -0.5 * np.cumsum(np.random.default_rng(3).uniform(0.0, 0.3, n))
+    z = np.cumsum(chain.panels.steps(angles).sum(axis=-1))
+    assert any((depth > 0).any() for _, depth, _, _ in chain.touching(angles, 0 * angles, z, 0 * z))
+
+    def acting_on(at: np.ndarray) -> np.ndarray:
+        return np.asarray(chain.slopes(at)[0] @ chain.accelerations(at, 0 * at, 1.5 * ones))
+
+    h = 1e-6
+    slopes = np.column_stack([(acting_on(angles + h * e) - acting_on(angles - h * e)) / (2 * h) for e in np.eye(n)])
+    stiffness = chain.slopes(angles)[1]
+    np.testing.assert_allclose(slopes, -stiffness, atol=1e-8 * np.abs(stiffness).max())

@@ -10,7 +10,13 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from ilg_circuit.fit.criteria import integrated_time, parts_by_time, residual_windows, samples_for_bic
+from ilg_circuit.fit.criteria import (
+    information_criterion,
+    integrated_time,
+    parts_by_time,
+    residual_windows,
+    samples_for_bic,
+)
 
 
 def ar1(phi: float, count: int, seed: int) -> NDArray[np.float64]:
@@ -63,3 +69,8 @@ def test_windows_of_time_hardly_change_what_is_stationary(phi: float) -> None:
     t = np.arange(5000.0)
     residuals = ar1(phi, 5000, 1)
     assert samples_for_bic(parts_by_time(t, residuals)) == pytest.approx(5000 * (1 - phi) / (1 + phi), rel=0.15)
+
+
+def test_the_bic_is_that_of_normal_residuals_on_independent_samples() -> None:
+    residuals = np.array([1.0, -2.0, 3.0, -4.0])
+    assert information_criterion(residuals, 3, 2.5) == pytest.approx(2.5 * np.log(7.5) + 3 * np.log(2.5), rel=1e-14)

@@ -26,6 +26,8 @@ def test_a_line_is_linear_regression() -> None:
     expected, squares = np.linalg.lstsq(matrix, y, rcond=None)[:2]
     covariance = float(squares[0]) / 38 * np.linalg.inv(matrix.T @ matrix)
     assert found.labels == ("a", "b")
+    assert "b" in found
+    assert "c" not in found
     assert found.values == pytest.approx(expected, rel=1e-10)
     assert found.covariance == pytest.approx(covariance, rel=1e-7)
     assert found.residuals_of(0) == pytest.approx(y - matrix @ expected, abs=1e-10)

@@ -7,7 +7,7 @@ from ilg_circuit.circuit.load import Load
 from ilg_circuit.circuit.strip import strip_netlist
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve import exact
-from ilg_circuit.solve.panels import FRACTIONS, WEIGHTS, design_panels
+from ilg_circuit.solve.panels import FRACTIONS, WEIGHTS, Panels, design_panels
 from ilg_circuit.solve.state_space import state_space
 from ilg_circuit.strip.actuator import Actuator
 
@@ -36,3 +36,10 @@ def test_exponentials_give_what_modes_give(
 def test_the_points_integrate_polynomials() -> None:
     for degree in range(2 * len(FRACTIONS) - 1):
         assert (WEIGHTS * FRACTIONS**degree).sum() == pytest.approx(1 / (degree + 1), rel=1e-13)
+
+
+def test_only_the_chosen_panels_are_cut() -> None:
+    cut = Panels(np.array([0.0, 1.0, 3.0]), np.array([1.0, 2.0, 3.0]), 6.0).split(np.array([False, True, False]), 4)
+    assert cut.starts.tolist() == [0.0, 1.0, 1.5, 2.0, 2.5, 3.0]
+    assert cut.widths.tolist() == [1.0, 0.5, 0.5, 0.5, 0.5, 3.0]
+    assert cut.end == 6.0
