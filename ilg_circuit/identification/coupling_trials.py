@@ -259,9 +259,10 @@ class _Projected:
         samples = len(self.y)
         count = effective_samples(self._residuals) if structured(self._residuals) else float(samples)
         variance = self.squares(x) / max(samples - columns.shape[1], 1) * samples / count
-        errors = np.sqrt(variance) * np.linalg.norm(inverse, axis=1)
         p = len(x)
-        gains = errors[p : p + self._count] / self._size[: self._count] / np.abs(self._c[: self._count])
+        with np.errstate(over="ignore", invalid="ignore"):  # of displacements below 1e-154 m
+            errors = np.sqrt(variance) * np.linalg.norm(inverse, axis=1)
+            gains = errors[p : p + self._count] / self._size[: self._count] / np.abs(self._c[: self._count])
         return np.concatenate([gains, errors[:p]])
 
 

@@ -152,11 +152,13 @@ _EXCHANGED = ("voltage", "current")
 
 def _blanks(table: Table) -> list[Finding]:
     """Return findings on the rows without a voltage or without a current that the reader has not told of."""
-    told = dict.fromkeys(_EXCHANGED, 0)
-    for note in table.notes:
-        if note.code in ("overloaded", "readings-marked"):
-            told[note.values.get("quantity", "current")] += note.values["count"]
-    return [note for column in _EXCHANGED for note in blanks(table.columns[column], column, told[column])]
+    marked = [note for note in table.notes if note.code in ("overloaded", "readings-marked")]
+    told = [(note.values.get("quantity", "current"), note.values["count"]) for note in marked]
+    return [
+        note
+        for column in _EXCHANGED
+        for note in blanks(table.columns[column], column, sum(count for of, count in told if of == column))
+    ]
 
 
 def _both(table: Table) -> tuple[Array, Array]:
