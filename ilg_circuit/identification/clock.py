@@ -13,6 +13,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError, argument
 from ..fit.bounded import profile_bounded
+from ..fit.criteria import structured
 from ..fit.fitting import fit_near
 from ..fit.problem import Problem
 from ..fit.result import FitResult
@@ -29,10 +30,12 @@ _GRID = 500
 #: record and at most [s].
 _AT_REST, _NEAR, _NEAREST = 5, 0.05, 2.0
 #: Farthest beginning of the voltage before or after the first reading where no rest is seen, as a fraction of the
-#: record; least number of places on either side, and most that are tried.
-_FARTHEST, _FEWEST_PLACES, _MOST_PLACES = 0.5, 20, 3
-#: Ratio of residual squares up to which another place may be as good as that of a rest, by rough fits.
-_AS_GOOD = 2.0
+#: record; the same before it where the voltage's record is longer; least number of places that are looked at on either
+#: side, and most that are tried.
+_FARTHEST, _LONGEST, _FEWEST_PLACES, _MOST_PLACES = 0.5, 4.0, 20, 8
+#: Ratios of residual squares up to which another place may be as good as that of a rest, and as the best of all, by
+#: rough fits.
+_AS_GOOD, _MAY_BE = 2.0, 10.0
 #: Difference of deviances that tells one delay from another.
 TOLD = 10.0
 #: Steps of a delay, in sampling intervals, and of a rate for derivatives; part of a change by which it is like others.
@@ -69,33 +72,43 @@ def beginnings(record: Moving) -> list[tuple[Moving, RateOf | None]]:
     assert channel is not None
     span = float(channel.time[-1] - max(channel.time[0], 0.0))
     most = max(_NEAR * span, min(_NEAREST, span / 4))
-    wide = _FARTHEST * span
-    gain = _gains(record, channel, span * (1 + MOST_RATE) + wide + most)
-    lates = [_best(gain, -most, most, RateOf())] if int(channel.rest.sum()) >= _AT_REST else []
-    if not lates or record.level is None:
-        lates = _likeliest_places(gain, wide, most, lates, _spread(channel))
-    return [_rated(record, gain, late, most) for late in lates]
+    earliest = min(max(_FARTHEST * span, record.record.duration - span + most), _LONGEST * span)
+    wide = (-earliest, _FARTHEST * span)
+
+    def gains(farthest: float) -> Callable[..., float]:
+        return _gains(record, channel, span * (1 + MOST_RATE) + farthest)
+
+    lates, found = [], []
+    if int(channel.rest.sum()) >= _AT_REST:
+        near = gains(most)
+        lates = [_best(near, -most, most, RateOf())]
+        found = [_rated(record, near, lates[0], most)]
+        if record.level is not None:
+            return found
+    gain = gains(earliest + most)
+    others = _likeliest_places(gain, wide, most, lates, _spread(channel))[len(lates) :]
+    return found + [_rated(record, gain, late, most) for late in others]
 
 
 def _likeliest_places(
-    gain: Callable[..., float], wide: float, most: float, near: list[float], total: float
+    gain: Callable[..., float], wide: tuple[float, float], most: float, near: list[float], total: float
 ) -> list[float]:
     """Return delays [s] within ``wide`` that explain the displacement best, apart by more than ``most``.
 
-    Beside the place ``near`` a rest they are only those that leave not much more of the ``total`` squares than that.
+    They leave not much more of the ``total`` squares than the best, or than the place ``near`` a rest.
     """
-    spacing = min(most, wide / _FEWEST_PLACES) / 2
-    grid = np.linspace(-wide, wide, 2 * int(np.ceil(wide / spacing)) + 1)
+    spacing = most / 2
+    grid = np.linspace(*wide, max(int((wide[1] - wide[0]) / spacing), 2 * _FEWEST_PLACES))
     gains = np.array([gain(float(late), RateOf()) for late in grid])
     tops = gains >= np.maximum(np.append(-np.inf, gains[:-1]), np.append(gains[1:], -np.inf))
     order = [k for k in np.argsort(-gains, kind="stable").tolist() if tops[k] and np.isfinite(gains[k])]
-    found = list(near)
     if near:
         least = total - _AS_GOOD * (total - gain(near[0], RateOf()))
-        order = [k for k in order if gains[k] >= least]
-    else:  # with readings at rest and without
-        sides = [[k for k in order if (grid[k] > 0) == rests] for rests in (True, False)]
-        order = [*(side[0] for side in sides if side), *order]
+    else:
+        least = total - _MAY_BE * (total - float(gains.max()))
+    found, likely = list(near), [k for k in order if gains[k] >= least]
+    sides = [] if near else [[k for k in order if (grid[k] > 0) == rests][:1] for rests in (True, False)]
+    order = [*(k for side in sides for k in side), *likely]
     for k in order:
         if len(found) == _MOST_PLACES:
             break
@@ -126,10 +139,12 @@ def require_told(data: DisplacementData, motion: Motion, found: FitResult, level
     """Raise InputError for a fit whose delay the displacement does not tell from others, which have other gains.
 
     Readings that all come after a step, of a ``level`` [V], tell no delay. Under another drive they tell it unless a
-    later clock has the effect of other parameters.
+    later clock has the effect of other parameters, or they are not described without a rest: another delay may then be
+    a better one.
     """
-    if level is not None:
-        told = float(data.clock.times(data.channel.time[:1])[0]) < data.delay
+    rests = float(data.clock.times(data.channel.time[:1])[0]) < data.delay
+    if level is not None or (not rests and structured(found.residuals)):
+        told = level is not None and rests
     else:
         assert data.delays is not None
         step = _STEP * float(np.median(np.diff(data.abscissa)))

@@ -18,7 +18,7 @@ from .displacement_result import DisplacementFit as DisplacementFit
 from .film import Moving
 from .motion import RateOf
 from .motion_laws import EC31, MotionLaw
-from .window_search import TRIAL, Attempt, Begin, WindowSearch
+from .window_search import CLEARLY_WORSE, TRIAL, Attempt, Begin, WindowSearch
 
 #: Number of initial delays, their largest value as a fraction of the record, and in [s].
 _DELAYS, _MOST_DELAY, _LONGEST_DELAY = 9, 0.05, 2.0
@@ -68,12 +68,12 @@ def _likeliest_beginning(
         tried = [
             _at_beginning(WindowSearch(m, actuator, progress, 0.0, delay_bounds(m), r, law, begin)) for m, r in places
         ]
-        ranked = sorted((found.fit.rmse, k) for k, found in enumerate(tried) if found is not None)
-        if not ranked:
+        fitted = [(found, place) for found, place in zip(tried, places, strict=True) if found is not None]
+        if not fitted:
             raise InputError(NOT_TOLD)
-        moved, rate = places[ranked[0][1]]
-        best, *others = (tried[k] for _, k in ranked)
-        if any(best.as_likely(other, delay_bounds(record)[1]) for other in others):
+        (best, (moved, rate)), *others = sorted(fitted, key=lambda each: each[0].fit.rmse)
+        worse = CLEARLY_WORSE if record.level is None else 1.0  # a step has one beginning, and no minima beside it
+        if any(best.as_likely(other, delay_bounds(record)[1], worse) for other, _ in others):
             raise InputError(NOT_TOLD)
     search, found = _likeliest_delay(moved, actuator, progress, delay_bounds(moved), rate, law, begin)
     if len(places) > 1:

@@ -45,8 +45,8 @@ WINDOW_RATIO = 1.25
 #: Largest number of fitted readings of a displacement, dense where it is fast.
 _MOST_ROWS = 8000
 FEWEST_SAMPLES = 40
-#: Ratio of residuals above which a beam is not chosen, even if few samples are independent.
-_CLEARLY_WORSE = 1.5
+#: Ratio of residuals above which a beam or a beginning is not chosen, even if few samples are independent.
+CLEARLY_WORSE = 1.5
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,13 @@ class Attempt:
     def begin(self) -> tuple[Array, float]:
         return self.fit.values, self.data.sign
 
-    def as_likely(self, other: Attempt, apart: float) -> bool:
-        """Return True if another fit, whose delay is ``apart`` [s] and more from this one's, is about as likely."""
+    def as_likely(self, other: Attempt, apart: float, worse: float) -> bool:
+        """Return True if another fit, whose delay is ``apart`` [s] and more from this one's, is about as likely.
+
+        It is where its residuals are less than ``worse`` times as large.
+        """
         ratio = other.fit.rmse / self.fit.rmse if self.fit.rmse else np.inf
-        likely = (ratio**2 - 1) * self.fit.independent_samples(0) < TOLD
+        likely = ratio < worse or (ratio**2 - 1) * self.fit.independent_samples(0) < TOLD
         return bool(likely and abs(other.data.late - self.data.late) > apart)
 
 
@@ -186,7 +189,7 @@ class WindowSearch:
         samples = effective_samples(min(fits, key=lambda found: found.rmse).residuals)
         bics = [information_criterion(found.residuals, found.count, samples) for found in fits]
         gain = bics[0] - bics[1]
-        clear = gain > EVIDENCE or fits[0].rmse > _CLEARLY_WORSE * fits[1].rmse
+        clear = gain > EVIDENCE or fits[0].rmse > CLEARLY_WORSE * fits[1].rmse
         return (dynamic if clear else static), gain
 
     def confirmed(self, best: Attempt) -> tuple[Attempt, StartSummary]:
