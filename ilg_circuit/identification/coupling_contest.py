@@ -18,9 +18,10 @@ from ..strip.elements import lumped_elements, lumped_port
 from .clock import in_step
 from .coupling_together import Together
 from .coupling_trials import Strand, Trial, begun
-from .displacement import FEWEST_SAMPLES, WINDOW_RATIO, Begin, WindowSearch, describes, fit_displacement
+from .displacement import fit_displacement
 from .film import Moving
 from .motion_laws import EC31, LAWS, MotionLaw
+from .window_search import FEWEST_SAMPLES, WINDOW_RATIO, Begin, WindowSearch, describes
 
 #: Readings of a file in the search for its window.
 _FEW = 500
@@ -89,8 +90,8 @@ def strands_of(
                 data, rest = replace(fitted.data, loose=None), fitted.at_rest
             else:
                 own = record.record.own_clock
-                moved, rate = in_step(record, delay) if own else (record, None)
-                search = WindowSearch(moved, actuator, None, 0.0 if own else delay, rate=rate)
+                moved = in_step(record, delay) if own else record
+                search = WindowSearch(moved, actuator, None, 0.0 if own else delay)
                 data, rest = search.base, search.rest
             strands.append(Strand(data, rest, actuator, lumped_elements(actuator).bending_ratio))
     return strands

@@ -29,8 +29,11 @@ from .table import Headers, Table
 
 #: Least likelihood of a position, DeepLabCut's own default.
 _LIKELY = 0.6
-#: Least number of readings at rest for the noise; least deviation of a moving tip, in noise levels.
-_FEWEST_AT_REST, _LEAVES = 10, 6.0
+#: Number of first readings whose median is the level at rest, and least number of readings before a motion; least
+#: deviation of a moving tip, in noise levels.
+_FIRST, _FEWEST_AT_REST, _LEAVES = 5, 5, 6.0
+#: Difference of the criteria -2 log(likelihood) from which on a rest, and a motion after it, is no smooth motion.
+_BROKEN = 20.0
 #: Largest rise of readings at rest, in noise levels.
 _RISES = 3.0
 #: Part of the rise that is extrapolated back to rest, as a fraction of the largest excursion.
@@ -217,11 +220,11 @@ def beside(files: Sequence[Any], tracks: Sequence[Track]) -> list[Any]:
 def beginning(t: Array, values: Array) -> tuple[float, bool]:
     """Return the time [s] at which a tip begins to move, and whether it is at rest until then.
 
-    The first part of the rise is extrapolated back to the level at rest by a parabola. Without readings at rest it is
-    the time of the first reading.
+    The first part of the rise is extrapolated back to the level at rest by a parabola. Without readings at rest, or
+    where they may as well be the beginning of one smooth motion, it is the time of the first reading.
     """
     noise = noise_level(values)
-    level = float(np.median(values[: _FEWEST_AT_REST // 2]))
+    level = float(np.median(values[:_FIRST]))
     span = float(np.abs(values - level).max())
     out = np.abs(values - level) > max(_LEAVES * noise, 1e-3 * span)
     stays = out & np.append(out[1:], True)  # a single reading is an outlier
@@ -231,14 +234,34 @@ def beginning(t: Array, values: Array) -> tuple[float, bool]:
     level = float(np.median(values[:first]))
     reached = np.abs(values - level) > max(_RISE * span, 2 * _LEAVES * noise)
     last = max(int(np.argmax(reached)), first + 2) if reached.any() else len(values)
-    x, y = t[first : last + 1] - t[first], values[first : last + 1] - level
+    zero = _back(t, values - level, first, last)
+    return (zero, True) if _breaks(t[: last + 1], values[: last + 1], zero) else (float(t[0]), False)
+
+
+def _back(t: Array, moved: Array, first: int, last: int) -> float:
+    """Return the time [s] to which a parabola through the readings ``first`` to ``last`` leads back to 0."""
+    x, y = t[first : last + 1] - t[first], moved[first : last + 1]
     if len(x) >= 3:
         order = 2 if len(x) > 5 else 1
         roots = np.roots(np.polyfit(x, y, order))
         before = [r.real for r in np.atleast_1d(roots) if abs(r.imag) < _REAL and -3 * x[-1] <= r.real <= 0]
         if before:
-            return float(max(t[first] + max(before), t[0])), True
-    return float(t[first]), True
+            return float(max(t[first] + max(before), t[0]))
+    return float(t[first])
+
+
+def _breaks(t: Array, values: Array, zero: float) -> bool:
+    """Return True if readings (n,) are a level up to ``zero`` [s] and a parabola from there, and by far no cubic.
+
+    Both have four constants. A tip that moves from the first reading on, only slowly at first, has no such break.
+    """
+    x = (t - zero) / float(t[-1] - t[0])
+    later = np.maximum(x, 0.0)
+    broken, smooth = (
+        float(np.sum((values - terms @ np.linalg.lstsq(terms, values, rcond=None)[0]) ** 2))
+        for terms in (np.column_stack([np.ones(len(x)), later, later**2]), np.vander(x, 4))
+    )
+    return smooth > broken * float(np.exp(_BROKEN / len(x)))
 
 
 def _moves(t: Array, values: Array, noise: float) -> bool:
