@@ -38,7 +38,9 @@ class DisplacementFit:
 
     @property
     def rest(self) -> float:
-        """Position at rest [m] at the onset by the readings before it, or else the first reading."""
+        """Position at rest [m] at the onset by the readings before it, by one at the onset, or else the fit's."""
+        if not self.at_rest.count and self.data.since(self.data.channel)[0] > 0:
+            return self.level
         return self.at_rest.middle if self.drift is None else self.at_rest.position(self.drift)
 
     @property

@@ -22,7 +22,6 @@ from ..fit.observation import Observation
 from ..fit.problem import Problem
 from ..fit.result import FitResult
 from ..measurements.voltage import MeasuredDrive
-from .port_model import Measured
 
 #: Most jumps whose places are fitted, and most readings times jumps.
 _MOST_JUMPS, _LARGE = 200, 20_000_000
@@ -39,13 +38,19 @@ _SIGNS = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1
 _SAME, _ROUNDING = 1e-10, 1e-6
 
 
-class Jumping(Measured, Protocol):
-    """Measured data under a drive of uncertain jumps.
+class Jumping(Protocol):
+    """Measured ``data`` (n,) at ``abscissa`` [s] (n,) under a drive of uncertain jumps.
 
     The onset is ``share`` of its interval of ``onset_width`` [s] from the middle, and all later jumps likewise of
     theirs; ``places`` [s] (j,) are shifts of the later jumps beside that, none if empty.
     """
 
+    @property
+    def abscissa(self) -> Array: ...
+    @property
+    def data(self) -> Array: ...
+    @property
+    def share(self) -> float: ...
     @property
     def measured(self) -> MeasuredDrive: ...
     @property

@@ -117,20 +117,20 @@ class ClockProfile:
 
 @dataclass(frozen=True)
 class Onsets:
-    """The profiles of all uncertain onsets, of clocks that were fitted, and of electron paths that are not seen.
+    """The profiles of all uncertain onsets, of clocks that were fitted, and of ``others``: electron paths not seen.
 
-    ``jumps`` are what places of later jumps add.
+    ``jumps`` are what places of later jumps, or noise of a drive, add.
     """
 
     profiles: tuple[OnsetProfile, ...] = ()
     clocks: tuple[ClockProfile, ...] = ()
     jumps: tuple[JumpErrors, ...] = ()
-    paths: tuple[BoundedProfile, ...] = ()
+    others: tuple[BoundedProfile, ...] = ()
 
     @property
     def every(self) -> tuple[BoundedProfile, ...]:
         onsets = {id(p.profile): p.profile for p in self.profiles}
-        return (*onsets.values(), *(p for clock in self.clocks for p in clock.every), *self.paths)
+        return (*onsets.values(), *(p for clock in self.clocks for p in clock.every), *self.others)
 
     def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
         """Return the estimates, every standard error and interval widened by the uncertainty of the onsets."""

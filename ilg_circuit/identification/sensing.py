@@ -15,12 +15,14 @@ import numpy as np
 
 from ..arrays import Array, one_thread, plain
 from ..circuit.strip import sensor_netlist
-from ..drive import PiecewiseLinear
 from ..errors import InputError, SolveError
 from ..findings import Finding, Warned, by_importance
+from ..fit.bootstrap import SEED
+from ..fit.bounded import profile_bounded
 from ..fit.criteria import effective_samples, information_criterion
 from ..fit.estimate import Estimate, Estimated
 from ..fit.fitting import fit as fitted_by
+from ..fit.fitting import fit_near
 from ..fit.identifiability import DETERMINED
 from ..fit.intervals import uncertainties
 from ..fit.misfit import WARN, Misfit, misfit_over_time
@@ -37,11 +39,18 @@ from ..solve.state_space import state_space
 from ..strip.actuator import Actuator, Sensing
 from ..strip.electrodes import require_lump
 from ..strip.sensing import MOST_RELAXATIONS
+from .jumps import errors_of, placed, unknown
+from .onset import Onsets
+from .port_model import BRACKET
+from .sensed import SensedData
 
 #: Time constants of the search, from so many sampling intervals to so many times the record; least ratio of two.
 _GRID, _SHORTEST, _LONGEST, _APART = 13, 2.0, 2.0, 1.8
 #: Share of a signal's variance, and number of readings' variances, that chance explains: a motion must explain more.
 _NOTHING, _BY_CHANCE = 0.05, 25.0
+
+#: Number of other noises of a motion by which its errors are found.
+_NOISES = 12
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -179,13 +188,14 @@ def identify_sensing(records: Sequence[Sensed], actuator: Actuator) -> SensingFi
         raise InputError(
             f"actuator '{actuator.name}' is nonlinear; sensing is fitted with a linear circuit, such as model rc"
         )
+    every = tuple(SensedData.of(record) for record in records)
     found: list[FitResult] = []
     failure: SolveError | InputError | None = None
     laws = [_Law(count) for count in range(MOST_RELAXATIONS + 1)]
     tried = []
     for law in laws:
         try:
-            found.append(fitted_by(_problem(law, records, bare), _start(law, records, bare)))
+            found.append(fitted_by(_problem(law, every, bare), _start(law, every, bare)))
             tried.append(law)
         except (SolveError, InputError) as error:
             failure = error
@@ -202,8 +212,9 @@ def identify_sensing(records: Sequence[Sensed], actuator: Actuator) -> SensingFi
     samples = effective_samples(min(found, key=lambda f: f.rmse).residuals)
     criteria = [information_criterion(f.residuals, f.count, samples) for f in found]
     best = int(np.argmin(criteria))
-    fit, law = found[best], tried[best]
-    estimated = uncertainties(fit)
+    law = tried[best]
+    fit, every, jumps = _with_jumps(found[best], law, every, bare)
+    estimated = jumps.widened(fit, uncertainties(fit))
     parameters = dict(estimated.estimates)
     findings = list(estimated.findings) + [note.about(r.source) for r in records for note in r.notes]
     loose = [name for name, e in parameters.items() if e.stderr is not None and e.stderr > DETERMINED * abs(e.value)]
@@ -217,10 +228,10 @@ def identify_sensing(records: Sequence[Sensed], actuator: Actuator) -> SensingFi
         if misfit is not None and misfit.share > WARN:
             values = {"quantity": r.quantity, "size": "span", "share": misfit.share, "worst": misfit.worst}
             findings.append(Finding("misfit", r.source, {**values, "from": misfit.start, "to": misfit.end}))
-    reciprocal = tuple(_signal(bare, r) if bare.coupling is not None else np.zeros(len(r.time)) for r in records)
+    reciprocal = tuple(_signal(bare, d) if bare.coupling is not None else np.zeros(len(d.abscissa)) for d in every)
     # of the model's own signals: offset and noise of the readings are in neither
     own = replace(bare, sensing=law.sensing(fit.values))
-    pairs = zip([_signal(own, r) for r in records], reciprocal, strict=True)
+    pairs = zip([_signal(own, d) for d in every], reciprocal, strict=True)
     ratios = [float(np.linalg.norm(x) / np.linalg.norm(y)) for x, y in pairs if y.any()]
     return SensingFit(
         actuator=replace(actuator, sensing=law.sensing(fit.values)),
@@ -234,53 +245,93 @@ def identify_sensing(records: Sequence[Sensed], actuator: Actuator) -> SensingFi
     )
 
 
-def _signals(strips: Sequence[Actuator], record: Sensed) -> Array:
+def _signals(strips: Sequence[Actuator], data: SensedData) -> Array:
     """Return the signals (strips, n) of a record's motion."""
+    record = data.record
     netlists = [sensor_netlist(strip, terminals=record.terminals, band=transient_band(record.time)) for strip in strips]
-    drive = PiecewiseLinear(record.time, record.displacement - record.displacement[0], "measured motion", unit="m")
-    return modal_output(state_space(netlists), record.quantity, drive, record.time)
+    return modal_output(state_space(netlists), record.quantity, data.drive, record.time)
 
 
-def _signal(strip: Actuator, record: Sensed) -> Array:
-    return _signals([strip], record)[0]
+def _signal(strip: Actuator, data: SensedData) -> Array:
+    return _signals([strip], data)[0]
 
 
-def _problem(law: _Law, records: Sequence[Sensed], bare: Actuator) -> Problem:
-    names = tuple(p.name for p in law.parameters)
-    observations = []
-    for record in records:
-
-        def predict(values: Array, record: Sensed = record) -> Array:
-            return _signals([replace(bare, sensing=law.sensing(v)) for v in values], record)
-
-        observations.append(
-            Observation(
-                source=record.source,
-                quantity=record.quantity,
-                unit=record.unit,
-                x=record.time,
-                data=record.signal,
-                names=names,
-                predict=predict,
-                nuisance=np.ones((len(record.time), 1)),
-                # voltages and currents of one fit count alike, relative to their spans
-                sigma=float(np.ptp(record.signal)) if len(records) > 1 else 1.0,
-                size=float(np.ptp(record.signal)),
-            )
-        )
-    return Problem(tuple(observations), law.parameters)
+def _problem(law: _Law, every: Sequence[SensedData], bare: Actuator) -> Problem:
+    return Problem(tuple(_observation(law, data, bare, len(every) > 1) for data in every), law.parameters)
 
 
-def _start(law: _Law, records: Sequence[Sensed], bare: Actuator) -> Array:
+def _observation(law: _Law, data: SensedData, bare: Actuator, several: bool) -> Observation:
+    record = data.record
+
+    def predict(values: Array) -> Array:
+        return _signals([replace(bare, sensing=law.sensing(v)) for v in values], data)
+
+    return Observation(
+        source=record.source,
+        quantity=record.quantity,
+        unit=record.unit,
+        x=record.time,
+        data=record.signal,
+        names=tuple(p.name for p in law.parameters),
+        predict=predict,
+        nuisance=np.ones((len(record.time), 1)),
+        # voltages and currents of one fit count alike, relative to their spans
+        sigma=float(np.ptp(record.signal)) if several else 1.0,
+        size=float(np.ptp(record.signal)),
+    )
+
+
+def _with_jumps(
+    found: FitResult, law: _Law, every: Sequence[SensedData], bare: Actuator
+) -> tuple[FitResult, tuple[SensedData, ...], Onsets]:
+    """Return the fit with the tip's jumps where the readings place them, the data, and what that leaves unknown.
+
+    What all places have in common is profiled besides; what the noise of the motion adds is that of other such noise.
+    """
+
+    def observe(k: int, data: SensedData) -> Observation:
+        return _observation(law, data, bare, len(every) > 1)
+
+    moved, errors, profiles = list(every), [], []
+    files = [((data,), (k,)) for k, data in enumerate(every) if unknown(data)]
+    if files:
+        found, there, left = placed(found, files, observe, fit_near)
+        for of_file, members in there:
+            moved[members[0]] = of_file[0]
+        errors.append(errors_of(found, left))
+    jumping = [k for k, data in enumerate(moved) if data.jumps]
+    if jumping:
+
+        def at(share: float) -> Problem:
+            shifted = [d.at_share(share) for d in moved]
+            return replace(found.problem, observations=tuple(observe(k, d) for k, d in enumerate(shifted)))
+
+        profile = profile_bounded(found, at, BRACKET, jumping)
+        again = fit_near(at(profile.middle), found.values)
+        profiles.append(profile.knowing(profile.middle, again.coordinates))
+        found, moved = again, [d.at_share(profile.middle) for d in moved]
+    if any(data.noise for data in moved):
+        random, before = np.random.default_rng(SEED), found.problem.predictions(found.coordinates[None])[0]
+        others = []
+        for _ in range(_NOISES):
+            noisy = tuple(observe(k, data.again(random)) for k, data in enumerate(moved))
+            others.append(replace(found.problem, observations=noisy).predictions(found.coordinates[None])[0] - before)
+        errors.append(errors_of(found, np.array(others).T / np.sqrt(_NOISES)))
+    return found, tuple(moved), Onsets(jumps=tuple(errors), others=tuple(profiles))
+
+
+def _start(law: _Law, every: Sequence[SensedData], bare: Actuator) -> Array:
     """Return starting values: the best linear fit on a grid of time constants."""
+    records = [data.record for data in every]
     shortest = _SHORTEST * min(float(np.median(np.diff(r.time))) for r in records)
     longest = _LONGEST * max(float(r.time[-1]) for r in records)
     times = np.geomspace(shortest, longest, _GRID)
     waves, data = [], []
-    for r in records:
+    for d in every:
+        r = d.record
         size = float(np.ptp(r.signal))
-        direct = _signals([replace(bare, sensing=Sensing(instantaneous=1.0))], r)
-        slow = _signals([replace(bare, sensing=Sensing(gain_1=1.0, time_1=float(time))) for time in times], r)
+        direct = _signals([replace(bare, sensing=Sensing(instantaneous=1.0))], d)
+        slow = _signals([replace(bare, sensing=Sensing(gain_1=1.0, time_1=float(time))) for time in times], d)
         rows = np.concatenate([direct, slow])
         waves.append((rows - rows.mean(axis=1, keepdims=True)) / size)
         data.append((r.signal - r.signal.mean()) / size)
