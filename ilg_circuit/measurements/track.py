@@ -201,7 +201,7 @@ def moving(track: Track) -> tuple[Channel, tuple[Finding, ...]]:
             f"{format_quantity(zero, 's', 4)} of its clock; {LEAST_DISPLACEMENT} are needed"
         )
     notes = [*track.notes, *limits, *rest_drift(channel, "displacement", "m")]
-    if not rests:
+    if not rests and not _seems_at_rest(track.time, track.values):
         notes.append(Finding("track-without-rest"))
     return channel, tuple(notes)
 
@@ -224,18 +224,30 @@ def beginning(t: Array, values: Array) -> tuple[float, bool]:
     where they may as well be the beginning of one smooth motion, it is the time of the first reading.
     """
     noise = noise_level(values)
-    level = float(np.median(values[:_FIRST]))
-    span = float(np.abs(values - level).max())
-    out = np.abs(values - level) > max(_LEAVES * noise, 1e-3 * span)
-    stays = out & np.append(out[1:], True)  # a single reading is an outlier
-    first = int(np.argmax(stays))
-    if not stays.any() or first < _FEWEST_AT_REST or _moves(t[:first], values[:first], noise):
+    first, span = _leaving(values, noise)
+    if first < _FEWEST_AT_REST or _moves(t[:first], values[:first], noise):
         return float(t[0]), False
     level = float(np.median(values[:first]))
     reached = np.abs(values - level) > max(_RISE * span, 2 * _LEAVES * noise)
     last = max(int(np.argmax(reached)), first + 2) if reached.any() else len(values)
     zero = _back(t, values - level, first, last)
     return (zero, True) if _breaks(t[: last + 1], values[: last + 1], zero) else (float(t[0]), False)
+
+
+def _leaving(values: Array, noise: float) -> tuple[int, float]:
+    """Return the index of the first reading that leaves the first few beyond the ``noise``, 0 if none, and the span."""
+    level = float(np.median(values[:_FIRST]))
+    span = float(np.abs(values - level).max())
+    out = np.abs(values - level) > max(_LEAVES * noise, 1e-3 * span)
+    stays = out & np.append(out[1:], True)  # a single reading is an outlier
+    return int(np.argmax(stays)), span
+
+
+def _seems_at_rest(t: Array, values: Array) -> bool:
+    """Return True if enough first readings do not move beyond their noise, though a slow motion may."""
+    noise = noise_level(values)
+    first, _ = _leaving(values, noise)
+    return first >= 2 * _FEWEST_AT_REST and not _moves(t[:first], values[:first], noise)
 
 
 def _back(t: Array, moved: Array, first: int, last: int) -> float:
