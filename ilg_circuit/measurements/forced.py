@@ -23,6 +23,8 @@ _LEAST_PIECE, _LEAST, _MOST_OF = 4, 20, 0.8
 _CLEAR, _BENDS = 10.0, 6.0
 #: How much a controlled current's voltage slopes or bends, where 1 could just be chance.
 _SURELY = 3.0
+#: Least part of its span by which a voltage that goes one way ends from where it began.
+_ONE_WAY = 0.8
 #: Largest reading [V, A] that is one.
 _MOST = 1e6
 #: Standard errors by which slopes may differ from those of levels with noise.
@@ -42,8 +44,8 @@ _MANY = 2000
 def forces_current(table: Table) -> bool:
     """Return True if the current of a record was controlled: it is levels with jumps, and the voltage is a curve.
 
-    Or it is levels and straight lines, and the voltage is many more of them. Where both are alike, as sines or noise,
-    and where the voltage is levels, the voltage was.
+    Or it is ramps along which the voltage bends. Where both are alike, as sines or noise, and where the voltage is
+    levels, the voltage was.
     """
     voltage, current = table.get("voltage"), table.get("current")
     if voltage is None or current is None:
@@ -55,16 +57,19 @@ def forces_current(table: Table) -> bool:
     if max(np.abs(u).max(), np.abs(i).max()) > _MOST or not np.ptp(i) or not np.ptp(u):
         return False
     with np.errstate(all="ignore"):  # squares of tiny readings
-        return _forces(t, u, i) or _simpler(t, i, u)
+        return _forces(t, u, i) or _is_ramps(t, i, u)
 
 
 def _forces(t: Array, u: Array, i: Array) -> bool:
     """Return True if the current ``i`` is levels, and the voltage ``u`` none: it bends between the jumps, or slopes.
 
     Where it only slopes it must jump where the current does, as over a resistance. Else it may be a controlled ramp, by
-    which a capacitor's current is levels.
+    which a capacitor's current is levels. Levels of few readings tell that alone. One level throughout may be the
+    offset of an open circuit: it is a controlled current only if the voltage goes one way.
     """
     jumps = voltage_jumps(i)
+    if not len(jumps) and abs(float(u[-1] - u[0])) < _ONE_WAY * float(np.ptp(u)):
+        return False
     edges = [0, *(np.union1d(jumps, voltage_jumps(u)) + 1).tolist(), len(i)]
     pieces = [slice(a, b) for a, b in pairwise(edges) if b - a >= _LEAST_PIECE]
     if sum(piece.stop - piece.start for piece in pieces) < _MOST_OF * len(i):
@@ -130,7 +135,7 @@ def _over_resistance(u: Array, i: Array, jumps: NDArray[np.intp]) -> bool:
     return bool(along.mean() > _BENDS * max(float(along.std()), float(beside)) / np.sqrt(len(jumps)))
 
 
-def _simpler(t: Array, i: Array, u: Array) -> bool:
+def _is_ramps(t: Array, i: Array, u: Array) -> bool:
     """Return True if ``i`` at ``t`` is ramps along each of which ``u`` bends, within the same part of their spans."""
     every = max(1, len(t) // _MANY)
     t, i, u = t[::every], i[::every], u[::every]

@@ -60,3 +60,18 @@ def test_a_controlled_voltage(drive: str, interval: float, noise: float) -> None
 @pytest.mark.parametrize("drive", CURRENTS)
 def test_a_controlled_current(drive: str, part: float) -> None:
     assert all(forces_current(readings(drive, 0.5, part * CURRENTS[drive], seed)) for seed in range(4))
+
+
+@pytest.mark.parametrize("drive", ["triangle:2V,30s", "sine:2V,0.05Hz", "square:2V,20s", "cv:-1V..1V,50mV/s"])
+def test_an_open_circuit_s_offset_is_no_controlled_current(drive: str) -> None:
+    read = readings(drive, 0.5, 1e-3, 0)
+    offset = 5e-6 + 1e-7 * np.random.default_rng(1).standard_normal(len(read.time))
+    assert not forces_current(Table({**read.columns, "current": offset}))
+
+
+def test_one_level_of_current_from_the_first_reading_on_is_controlled() -> None:
+    run = answer("step:3mA")
+    random, columns = np.random.default_rng(2), {"time": run.time[::50]}
+    for name, noise in (("voltage", 1e-3), ("current", 1e-6)):
+        columns[name] = getattr(run, name)[::50] + noise * random.standard_normal(len(columns["time"]))
+    assert forces_current(Table(columns))
