@@ -17,6 +17,7 @@ import numpy as np
 from ..arrays import Array, ComplexArray, Mask
 from ..errors import InputError
 from ..fit.quantiles import fisher, student
+from .excitation import GAP
 
 #: Largest number of blocks of periods.
 _MOST_BLOCKS = 20
@@ -245,8 +246,9 @@ def periods(
 
 
 def _without_gaps(t: Array, edges: Array, longest: float) -> Mask:
-    """Return the blocks between ``edges`` (b + 1,) without a gap between readings that is over ``longest`` [s]."""
-    gaps = np.flatnonzero(np.diff(t) > longest)
+    """Return the blocks between ``edges`` (b + 1,) without missing readings for over ``longest`` [s]."""
+    steps = np.diff(t)
+    gaps = np.flatnonzero(steps > max(longest, GAP * float(np.median(steps))))
     touched = (edges[:-1, None] < t[gaps + 1]) & (edges[1:, None] > t[gaps])
     return np.asarray(~touched.any(axis=1))
 

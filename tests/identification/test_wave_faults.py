@@ -160,3 +160,10 @@ def test_no_bandwidth_is_told_where_its_frequency_was_not_swept(chirp: Record) -
         widths[name] = found.bandwidth
     assert widths["there"] is None
     assert widths["elsewhere"] is not None
+
+
+def test_few_readings_a_period_are_no_gaps() -> None:
+    t = np.arange(0.0, 101.0, 2.0)
+    found = ilg.bode_of({"time_s": t, "voltage_V": np.sin(t), "displacement_mm": np.cos(t)})
+    assert "sines-gap" not in codes(found.findings)
+    assert found.response("displacement") == pytest.approx([1e-3j], rel=1e-6)

@@ -156,7 +156,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     ArmResult: lambda: ilg_circuit.arm("0.2s", formulation="chain", segments=3, samples=21),
     Motion: lambda: example(ArmResult).motion,
     Record: lambda: record(step(), 300.0, 61, rest=5, noise=1e-3).measurement(),
-    Film: lambda: film_of(Track("tip.csv", T, 1e-3 * np.maximum(T - 12.0, 0.0)), PiecewiseLinear.step(2.0)),
+    Film: lambda: film_of(Track("tip.csv", T, 1e-3 * np.maximum(T - 4.0, 0.0)), PiecewiseLinear.step(2.0)),
     Spectrum: lambda: Spectrum("z.csv", np.geomspace(1e-3, 10, 9), 20 + 5 / (1 + 1j * np.geomspace(1e-2, 100, 9))),
 }
 #: Those that make a strip.
