@@ -59,7 +59,8 @@ def test_no_electron_path_is_claimed(found: Identification) -> None:
         assert "dc_resistance" in data(found).individual(electrical_model(model), 0.0, None).fixed
     held = found.parameters["dc_resistance"]
     assert held.stderr is None
-    assert "practically an open circuit, more than 7" in held.fixed_because
+    # 395 and 376 ohm: the residuals of a model that leaves 7 % are few independent samples
+    assert "practically an open circuit, more than 3" in held.fixed_because
     assert any("dc_resistance: no electron path is seen" in line for line in found.warnings)
 
 
