@@ -280,7 +280,7 @@ def main() -> int:
     options.add_argument("--state", type=Path, default=ROOT / "benchmarks" / "counted" / "mutants.jsonl")
     options.add_argument("--rooms", default=",".join(ROOMS))
     options.add_argument("--calls", type=Path, default=ROOT / "calls_of_tests.jsonl")
-    options.add_argument("--again", action="store_true", help="run the survivors of the state once more")
+    options.add_argument("--again", action="store_true", help="run the survivors without a reason once more")
     options.add_argument("--report", action="store_true", help="say what the state has, and run none")
     given = options.parse_args()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -297,7 +297,12 @@ def main() -> int:
         for mutant in sample(tuple(given.rooms.split(",")), given.count, given.seed)
     ]
     again = ("survived", "undecided") if given.again else ()
-    wanted = [(m, n) for m, n in chosen if n not in state or state[n]["outcome"] in again]
+    explained = reasons()
+    wanted = [
+        (m, n)
+        for m, n in chosen
+        if n not in state or (state[n]["outcome"] in again and (m.module, m.code, m.change) not in explained)
+    ]
     found = {}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / ROOT.name
