@@ -171,8 +171,9 @@ def identify(
         joint = joined(port, None, actuator, names, progress)
     if joint.coupling is not None and joint.port is not None and (moved := _at_onsets(records, joint.port)):
         anew = partial(fit_coupling, moved, actuator, frozenset(own) & set(NAMES), progress, displacement_delay)
-        if decisions(anew(joint.coupling.motion.law.name)[0]) != decisions(joint.coupling):
-            coupling, about_coupling = anew(law)
+        settled = anew(joint.coupling.motion.law.name)
+        if decisions(settled[0]) != decisions(joint.coupling):
+            coupling, about_coupling = anew(law) if law == "auto" else settled
             joint = joined(joint.port, coupling, actuator, names, progress)
     fit, port, coupling, onsets = joint.fit, joint.port, joint.coupling, joint.onsets
     actuator = _actuator(port, strip, base, sources)

@@ -17,7 +17,7 @@ import numpy as np
 from ..arrays import Array, ComplexArray, Mask
 from ..errors import InputError
 from ..fit.quantiles import fisher, student
-from .excitation import GAP
+from .wave_faults import gaps
 
 #: Largest number of blocks of periods.
 _MOST_BLOCKS = 20
@@ -247,9 +247,8 @@ def periods(
 
 def _without_gaps(t: Array, edges: Array, longest: float) -> Mask:
     """Return the blocks between ``edges`` (b + 1,) without missing readings for over ``longest`` [s]."""
-    steps = np.diff(t)
-    gaps = np.flatnonzero(steps > max(longest, GAP * float(np.median(steps))))
-    touched = (edges[:-1, None] < t[gaps + 1]) & (edges[1:, None] > t[gaps])
+    begins, ends = np.array([gap for gap in gaps(t) if gap[1] - gap[0] > longest]).reshape(-1, 2).T
+    touched = (edges[:-1, None] < ends) & (edges[1:, None] > begins)
     return np.asarray(~touched.any(axis=1))
 
 
