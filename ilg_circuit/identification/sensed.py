@@ -11,16 +11,16 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..measurements.onset import Onset
 from ..measurements.smoothing import digit, noise_beside_kinks, noise_level
-from ..measurements.voltage import MeasuredDrive, measured_drive
+from ..measurements.voltage import MeasuredDrive, answer_to_noise, measured_drive
 from ..measurements.waves import Sensed
 from ..units import format_quantity
 
 #: Ratio of an interval to those beside it from which on it is a gap, readings on either side that show a tip that
 #: stands still, and their largest span, as a fraction of the motion's and in noise levels.
 _GAP, _BESIDE, _STILL, _OVER_NOISE = 4.0, 3, 0.02, 6.0
-#: Order of the differences that contain a motion's noise alone, sum of their squared autocorrelations; largest of them
-#: beside no jump, in medians, and significance of an answer, in standard errors.
-_ORDER, _CORRELATED, _QUIET, _SURE = 6, 3.2, 12.0, 6.0
+#: Order of the differences that contain a motion's noise alone, sum of their squared autocorrelations; significance
+#: of an answer, in standard errors.
+_ORDER, _CORRELATED, _SURE = 6, 3.2, 6.0
 
 
 @dataclass(frozen=True)
@@ -114,12 +114,5 @@ def _answers_noise(moved: Array, signal: Array) -> bool:
     """Return True if the signal (n,) follows what looks like noise of the motion (n,): then the tip did move so."""
     if len(moved) < 2 * _SURE**2:
         return False
-    fast, answer = np.diff(moved, _ORDER), np.diff(signal, _ORDER)
-    quiet = np.abs(fast) <= _QUIET * float(np.median(np.abs(fast)))
-    fast, answer = fast[quiet], answer[quiet]
-    power = float(fast @ fast)
-    if not power:
-        return False
-    slope = float(fast @ answer) / power
-    rest = answer - slope * fast
-    return abs(slope) > _SURE * float(np.sqrt(rest @ rest / max(len(rest) - 1, 1) / power * _CORRELATED))
+    slope, error = answer_to_noise(moved, signal, _ORDER, _CORRELATED)
+    return abs(slope) > _SURE * error

@@ -29,6 +29,8 @@ _WOBBLE, _FEW_CHANGES = 2.5, 3
 #: Least ratio of current noise to voltage noise, relative to the conductance, and its significance in standard errors,
 #: from which the strip responds to the voltage's noise.
 _ANSWERS, _SURE = 0.3, 6.0
+#: Largest difference of readings with noise that is no jump, in medians.
+_QUIET = 12.0
 #: Distance of a jump behind the last reading before it, as a fraction of the interval, if it is moved there.
 _BEHIND = 1e-6
 
@@ -143,17 +145,25 @@ def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> boo
     """
     if len(u) < 2 * _SURE**2 or not conductance:
         return False
-    fast_u, fast_i = np.diff(u, 2), np.diff(current, 2)
-    # a few jumps do not count
-    quiet = np.abs(fast_u) <= max(12 * float(np.median(np.abs(fast_u))), 3 * digit(u))
-    fast_u, fast_i = fast_u[quiet], fast_i[quiet]
-    power = float(fast_u @ fast_u)
-    if not power:
-        return False
-    slope = float(fast_u @ fast_i) / power
-    rest = fast_i - slope * fast_u
-    error = float(np.sqrt(rest @ rest / max(len(rest) - 1, 1) / power * 3))  # differences of noise are correlated
+    slope, error = answer_to_noise(u, current, order=2, correlated=3.0, least=3 * digit(u))
     return slope > _ANSWERS * conductance and slope > _SURE * error
+
+
+def answer_to_noise(x: Array, y: Array, order: int, correlated: float, least: float = 0.0) -> tuple[float, float]:
+    """Return by how much readings ``y`` (n,) follow the noise of ``x`` (n,), and the standard error of that.
+
+    Differences of an ``order`` show the noise; they are ``correlated``, by which squares of errors are larger. Where
+    they are large beside most others, and beyond ``least``, x jumps, and they do not count. Without noise 0 and 0.
+    """
+    fast, answer = np.diff(x, order), np.diff(y, order)
+    quiet = np.abs(fast) <= max(_QUIET * float(np.median(np.abs(fast))), least)
+    fast, answer = fast[quiet], answer[quiet]
+    power = float(fast @ fast)
+    if not power:
+        return 0.0, 0.0
+    slope = float(fast @ answer) / power
+    rest = answer - slope * fast
+    return slope, float(np.sqrt(rest @ rest / max(len(rest) - 1, 1) / power * correlated))
 
 
 def is_level(u: Array, largest_digit: float = np.inf) -> bool:
