@@ -55,13 +55,13 @@ class _Series:
     matrix: Array
     rows: Array | None
 
-    def terms(self, z: Array) -> Array:
-        """Return the Taylor terms (ORDER + 1, 2 n + 1) of the motion from ``z`` (2 n + 1,)."""
+    def terms(self, z: Array, order: int = ORDER) -> Array:
+        """Return the Taylor terms (order + 1, 2 n + 1) of the motion from ``z`` (2 n + 1,)."""
         if self.rows is not None:
-            return np.asarray((self.rows @ z).reshape(ORDER + 1, -1))
-        result = np.empty((ORDER + 1, len(z)))
+            return np.asarray((self.rows[: (order + 1) * len(z)] @ z).reshape(order + 1, -1))
+        result = np.empty((order + 1, len(z)))
         result[0] = z
-        for k in range(1, ORDER + 1):
+        for k in range(1, order + 1):
             np.dot(self.matrix, result[k - 1], out=result[k])
             result[k] /= k
         return result
@@ -251,7 +251,10 @@ class Flow:
         for _ in range(self._switches + 1):
             if not at_zero.any():
                 break
-            terms = self.gates(self._series(active).terms(z), active)
+            piece = self._series(active)
+            terms = self.gates(piece.terms(z, 1), active)
+            if not terms[1, at_zero].all():
+                terms = self.gates(piece.terms(z), active)
             first = np.argmax(terms != 0, axis=0)
             rising = np.where(at_zero, terms[first, count] > 0, x > 0)
             if (rising == active).all():
@@ -283,11 +286,14 @@ def _first_switch(terms: Array, active: Active) -> tuple[float, int]:
     """Return when, in steps, and which of the polynomials ``terms`` (ORDER + 1, n) first meets zero; else (1, -1)."""
     sign = np.where(active, 1.0, -1.0)
     bernstein = sign[:, None] * (terms.T @ _BERNSTEIN)
+    beyond = bernstein < 0
+    crossing = np.flatnonzero(beyond.any(axis=1))
+    earliest = np.argsort(beyond[crossing].argmax(axis=1), kind="stable")  # the most likely one is looked at first
     first, who = 1.0, -1
-    for i in np.flatnonzero((bernstein < 0).any(axis=1)):
-        root = next(sign_changes(sign[i] * terms[:, i]), None)
+    for i in crossing[earliest].tolist():
+        root = next(sign_changes(sign[i] * terms[:, i], first), None)
         if root is not None and (root < first or who < 0):
-            first, who = root, int(i)
+            first, who = root, i
     return first, who
 
 

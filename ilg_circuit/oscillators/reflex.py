@@ -221,31 +221,30 @@ class LoopFlow(Flow):
         n = self.network.size
         a = self._linear.copy()
         a[:, :n] += self._outputs * active[:n]
-        for k, states in enumerate(self._strips):
-            slope, level = self._voltage(k, active)
-            a[states, :n] += np.outer(self._plant.b, slope)
-            a[states, -1] += self._plant.b * level
-            if self._direct:
-                felt = -self.loop.gain * self._direct * self._into[:, k]
-                a[:n, :n] += np.outer(felt, slope)
-                a[:n, -1] += felt * level
+        slopes, levels = self._voltages(active)
+        driven = a[2 * n : 2 * n + len(slopes) * len(self._plant.b)]
+        driven[:, :n] += np.kron(slopes, self._plant.b[:, None])
+        driven[:, -1] += np.kron(levels, self._plant.b)
+        if self._direct:
+            felt = -self.loop.gain * self._direct * self._into
+            a[:n, :n] += felt @ slopes
+            a[:n, -1] += felt @ levels
         return a
 
-    def _voltage(self, unit: int, active: Active) -> tuple[Array, float]:
-        """Return the voltage of a unit in a piece: its slope by x (n,) and its constant."""
+    def _voltages(self, active: Active) -> tuple[Array, Array]:
+        """Return the voltages of the units in a piece: their slopes by x (units, n) and their constants (units,)."""
         n = self.network.size
-        above_low, above_high = active[n + 2 * unit : n + 2 * unit + 2].astype(float)
-        share = self._shares[unit] * active[:n]
-        return self.loop.voltage * (above_low - above_high) * share, self.loop.voltage * (above_low + above_high - 1)
+        above_low, above_high = active[n:].reshape(-1, 2).T.astype(float)
+        slopes = (above_low - above_high)[:, None] * self._shares * active[:n]
+        return self.loop.voltage * slopes, self.loop.voltage * (above_low + above_high - 1)
 
     def curves(self, stretch: Stretch) -> Array:
         """Return the polynomials (2 units, ORDER + 1) of the units' outputs, then of their angles [rad]."""
-        n, terms = self.network.size, stretch.terms
-        angles = []
-        for k, states in enumerate(self._strips):
-            slope, level = self._voltage(k, stretch.active)
-            angles.append(terms[:, states] @ self._plant.c + self._direct * (terms[:, :n] @ slope))
-            angles[-1][0] += self._direct * level
+        terms = stretch.terms
+        slopes, levels = self._voltages(stretch.active)
+        angles = np.stack([self._plant.c @ terms[:, states].T for states in self._strips])
+        angles += self._direct * (slopes @ terms[:, : self.network.size].T)
+        angles[:, 0] += self._direct * levels
         return np.vstack([stretch.outputs(self.network.readout), angles])
 
     def gates(self, terms: Array, active: Active) -> Array:
