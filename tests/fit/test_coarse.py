@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ilg_circuit.fit.coarse import coarse_step, rounding_covariance, steps_of
+from ilg_circuit.fit.coarse import coarse_runs, coarse_step, rounding_covariance, steps_of
 from ilg_circuit.fit.fitting import fit_data
 from ilg_circuit.fit.intervals import uncertainties
 from ilg_circuit.fit.reported import reported_errors, widened
@@ -75,3 +77,17 @@ def test_fine_readings_have_no_coarse_step() -> None:
     assert coarse_step(np.array([1.0, 2.0]), 0.0) == 0.0  # two readings show no resolution
     assert coarse_step(np.repeat([1.0, 2.0, 4.0], 10), 0.1) == 1.0
     assert coarse_step(np.repeat([1.0, 2.0, 4.0], 10), 0.6) == 0.0
+
+
+@pytest.mark.parametrize(("codes", "coarse"), [([4, 4, 5, 6, 6, 6], [1, 1, 0, 1, 1, 1]), ([4, 5, 4, 5, 4, 5], [0] * 6)])
+def test_readings_of_known_digits_are_coarse_where_one_repeats_its_neighbour(
+    codes: list[int], coarse: list[int]
+) -> None:
+    """One digit apart are two readings; a pair alike errs alike."""
+    found = fit_data(lambda x: np.repeat(x, 6, axis=1), STEP * np.array(codes, dtype=float), ("level",), np.ones(1))
+    (readings,) = found.problem.observations
+    told = replace(readings, digits=np.full(6, 10 * STEP), data=10 * readings.data)
+    known = replace(found, problem=replace(found.problem, observations=(told,)))
+    steps, begins = coarse_runs(known, 0)
+    assert (steps > 0).astype(int).tolist() == coarse
+    assert begins.tolist() == np.flatnonzero(np.diff(codes, prepend=0)).tolist()
