@@ -1,11 +1,17 @@
 """``python -m ilg_circuit``, and the program `ilg-circuit`: the command line."""
 
+import os
 import signal
 import sys
 
 
 def run() -> None:
-    """Run the command line of this process."""
+    """Run the command line of this process, with one thread of linear algebra unless the surroundings say otherwise.
+
+    Matrices here are small: threads wait for each other in loops, which takes several times as long on a busy machine.
+    """
+    for library in ("OPENBLAS", "MKL"):  # read when numpy and scipy are imported
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     try:
         from .cli import main
         from .commands.stopping import Stopped, leave

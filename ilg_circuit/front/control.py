@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypedDict, Unpack, overload
 
+from ..arrays import one_thread
 from ..circuit.load import Hung, load_of
 from ..control.close import Closed, read_controller
 from ..control.close import close_loop as close_room
@@ -63,6 +64,7 @@ def track(
 @overload
 def track(strip: Strip, path: Targets, duration: Given | None = None, **asked: Unpack[_Asked]) -> TrackedShape: ...
 @checked
+@one_thread()
 def track(
     strip: Strip,
     path: Driven | Targets,
@@ -171,6 +173,7 @@ def track(
 
 
 @checked
+@one_thread()
 def close_loop(
     strip: Strip,
     controller: Any,

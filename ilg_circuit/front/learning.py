@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import row
+from ..arrays import one_thread, row
 from ..circuit.load import Hung, load_of
 from ..control.learn import GAIN, NODES, TRIALS, Learned, Trial
 from ..control.learn import learn as learn_room
@@ -22,6 +22,7 @@ Measured: TypeAlias = "str | Path | tuple[ArrayLike, ArrayLike, ArrayLike]"
 
 
 @checked
+@one_thread()
 def learn(
     strip: Strip,
     path: Driven,

@@ -9,6 +9,7 @@ from typing import TypedDict, Unpack, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import one_thread
 from ..errors import InputError, argument, checked
 from ..oscillators.entrainment import Entrainment, entrainment
 from ..oscillators.loop_rhythm import loop_rhythm
@@ -79,6 +80,7 @@ def reflex(
 
 
 @checked
+@one_thread()
 def reflex(
     duration: Given | None = None,
     strip: Strip = "paper",

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from ..arrays import one_thread
 from ..circuit.load import Hung, load_of
 from ..control.adaptive import MEMORY, NOISE, Adaptive
 from ..control.close import read_controller
@@ -20,6 +21,7 @@ from .goals import gains_of, goals_of
 
 
 @checked
+@one_thread()
 def tune(
     strip: Strip,
     step: Given,
@@ -136,6 +138,7 @@ def _law(controller: Tuned | str | Path) -> Law:
 
 
 @checked
+@one_thread()
 def adaptive(
     strip: Strip,
     controller: Tuned | str | Path,

@@ -7,18 +7,18 @@ makes huge linear sweeps cheap.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array
+from ..arrays import Array, one_thread
 from ..drive import Drive, Drives, each
 from ..errors import SolveError
 from .modes import CANCELLING, decomposed, modes_of
 from .panels import FRACTIONS, Panels
+from .propagators import Propagators
 from .state_space import StateSpace
 from .waves import BLOCK, drive_at, drive_lines, interval_grid, values_at, waves_under_lines, waves_under_sine
 
@@ -28,8 +28,6 @@ _FELT = 1e-13
 _SLOPES_CANCELLING, _TURN = 1e4, 1e-5
 #: The same for panels, which are good to seven digits.
 _CANCELLING_ON_PANELS = 1e7
-#: Largest number of values in stored exponentials: an irregular grid needs one exponential per interval.
-_MOST_KEPT = 20_000_000
 #: Largest number of values of modes that are held at once.
 _MOST_WAVES = 4_000_000
 
@@ -46,7 +44,7 @@ def exact_outputs(system: StateSpace, drive: Drive, times: Array, *, modes: bool
     grid = interval_grid(drive, times)
     inputs = np.append(_inputs(drive, grid[:-1], np.diff(grid)), _inputs(drive, grid[-1:]), axis=1)
     widths = _shared_widths(grid, interval_grid(drive, times[-1:]))
-    outputs = list(_outputs(system, _frequencies(drive), inputs, widths, np.ones(1)))
+    outputs = _outputs(system, _frequencies(drive), inputs, widths, np.ones(1))
     return _finite(np.concatenate(outputs, axis=2)[..., 0])[:, :, np.searchsorted(grid, times)]
 
 
@@ -59,7 +57,7 @@ def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
         return found.reshape(*found.shape[:2], *panels.points.shape)
     inputs = _inputs(drive, panels.starts, panels.widths)
     fractions = np.append(FRACTIONS[1:], 1.0)
-    outputs = list(_outputs(system, _frequencies(drive), inputs, panels.widths, fractions))
+    outputs = _outputs(system, _frequencies(drive), inputs, panels.widths, fractions)
     return _finite(np.concatenate(outputs, axis=2))
 
 
@@ -211,10 +209,9 @@ def _inputs(drive: Drive, starts: Array, widths: Array | None = None) -> Array:
     return np.concatenate(parts)
 
 
-def _outputs(
-    system: StateSpace, omegas: list[float], inputs: Array, widths: Array, fractions: Array
-) -> Iterator[Array]:
-    """Return the outputs (n, outputs, intervals, points) of blocks of intervals, one after the other.
+@one_thread()
+def _outputs(system: StateSpace, omegas: list[float], inputs: Array, widths: Array, fractions: Array) -> list[Array]:
+    """Return the outputs (n, outputs, intervals, points) of blocks of intervals that follow one another.
 
     ``inputs`` (2 sources, m) at the starts of intervals of ``widths`` (m,), or of one interval more, which has no
     width: the end. ``omegas`` [rad/s] of the sources. The points of an interval are its start and ``fractions`` of its
@@ -222,10 +219,11 @@ def _outputs(
     """
     matrix, output = augmented(system, omegas)
     states, size = system.a.shape[1], matrix.shape[1]
-    propagators = _Propagators(matrix, widths, fractions)
+    propagators = Propagators(matrix, widths, fractions)
     x = np.zeros((len(matrix), size, 1))
     x[:, -1] = 1.0
     count = inputs.shape[1]
+    blocks = []
     for first in range(0, count, BLOCK):
         block = range(first, min(first + BLOCK, count))
         at_points = np.empty((len(matrix), size, len(block), len(fractions)))
@@ -233,11 +231,12 @@ def _outputs(
             x[:, states:-1, 0] = inputs[:, k]
             at_points[:, :, k - first, 0] = x[..., 0]
             if k < len(widths):
-                later = (propagators.of(k) @ x[:, None])[..., 0]  # (n, points, states)
+                later = propagators.after(k, x)
                 at_points[:, :, k - first, 1:] = later[:, :-1].transpose(0, 2, 1)
                 x = later[:, -1, :, None].copy()
         flat = output @ at_points.reshape(len(matrix), size, -1)
-        yield flat.reshape(len(matrix), output.shape[1], len(block), len(fractions))
+        blocks.append(flat.reshape(len(matrix), output.shape[1], len(block), len(fractions)))
+    return blocks
 
 
 def _finite(result: Array) -> Array:
@@ -261,39 +260,3 @@ def augmented(system: StateSpace, omegas: list[float]) -> tuple[Array, Array]:
         if omega:
             matrix[:, at + 1, at] = -omega
     return matrix, output
-
-
-class _Propagators:
-    """The exponentials exp(M f w) for the widths w of intervals that follow one another, and the ``fractions`` f.
-
-    Widths that differ by rounding only share one. For twice a width the exponential is squared.
-    """
-
-    def __init__(self, matrix: Array, widths: Array, fractions: Array) -> None:
-        self._matrix, self._widths, self._fractions = matrix, widths, fractions
-        self._keys = [_key(w) for w in widths.tolist()]
-        self._last = {key: k for k, key in enumerate(self._keys)}
-        self._kept: dict[str, Array] = {}
-
-    def of(self, interval: int) -> Array:
-        """Return the exponentials (n, fractions, states, states); widths that are not needed again are discarded."""
-        key, width = self._keys[interval], float(self._widths[interval])
-        if key not in self._kept:
-            if (len(self._kept) + 1) * len(self._fractions) * self._matrix.size > _MOST_KEPT:
-                self._kept.clear()
-            half = self._kept.get(_key(width / 2))
-            self._kept[key] = half @ half if half is not None else self._exponential(width)
-        before = self._keys[interval - 1] if interval else key
-        if before != key and self._last[before] < interval:
-            self._kept.pop(before, None)
-        return self._kept[key]
-
-    def _exponential(self, width: float) -> Array:
-        from scipy.linalg import expm
-
-        return np.asarray(expm(self._matrix[:, None] * (width * self._fractions)[:, None, None]))
-
-
-def _key(width: float) -> str:
-    """Return a width to 12 digits."""
-    return f"{width:.11e}"

@@ -12,12 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, one_thread
 from ..circuit.netlist import Netlist
 from ..drive import Drive
 from ..errors import InputError, SolveError, argument
 from .exact import augmented
 from .grid import smooth_intervals
+from .propagators import Halves, Propagators
 from .sampling import relative
 from .state_space import StateSpace, state_space
 from .waves import drive_at, drive_lines
@@ -27,8 +28,6 @@ from .work import Work, gauss, powers
 _TOLERANCE = 1e-11
 #: Most events of a run.
 _MOST_EVENTS = 20_000
-#: Most exponentials that are kept.
-_MOST_KEPT = 2000
 
 #: Number of samples at which rounding is estimated, and factor for the others.
 _COMPARED, _LIKELY = 40, 10.0
@@ -37,6 +36,7 @@ _FRACTIONS, _WEIGHTS = gauss(5)
 _POINTS = np.append(_FRACTIONS, 1.0)
 
 
+@one_thread()
 def limited_run(
     nets: Sequence[Netlist], drive: Drive, limit: float, times: Array, works: Sequence[Work], engine: str
 ) -> tuple[Array, Array, tuple[str, ...]]:
@@ -76,6 +76,7 @@ def limited_with_work(
     intervals = smooth_intervals(poles, drive, end)
     grid = np.union1d(np.append(0.0, times), intervals[intervals <= times[-1]])
     widths = np.diff(grid)
+    run.plan(widths)
     lines = np.append(drive_lines(drive, grid[:-1], widths), drive_at(drive, grid[-1:]), axis=1)
     at_start = np.empty((len(grid), run.outputs))
     total = np.zeros((len(grid), len(works)))
@@ -85,7 +86,7 @@ def limited_with_work(
         if k == len(widths):
             break
         total[k + 1] = total[k]
-        for width, points in run.through(float(widths[k])):
+        for width, points in run.through(k):
             shown = points.T[None]
             # what the source gives, which is not the drive at the limit
             power = powers(works, system.output_names, points[:, run.current], shown)
@@ -121,10 +122,16 @@ class _Run:
             self._shown[mode] = output + np.outer(output[:, source], taken - held)
             self._guards[mode] = mode * (held - taken)
         self._scale = {0: limit, 1: drive.largest(), -1: drive.largest()}
-        self._kept: dict[tuple[int, str], Array] = {}
         self.mode, self.time, self.events = 0, 0.0, list[float]()
         self._z = np.zeros(len(matrix))
         self._z[-1] = 1.0
+
+    def plan(self, widths: Array) -> None:
+        """Prepare for intervals of ``widths`` [s] in a row."""
+        self._widths = widths
+        self._planned = {mode: Propagators(matrix[None], widths, _POINTS) for mode, matrix in self.matrices.items()}
+        longest = float(widths.max(initial=0.0))
+        self._halves = {mode: Halves(matrix[None], longest) for mode, matrix in self.matrices.items()}
 
     def _of_circuit(self, matrix: Array) -> Array:
         """Return 1 for the rows of the circuit's states, 0 for those of the drive."""
@@ -141,17 +148,21 @@ class _Run:
         """Return the outputs now."""
         return np.asarray(self._shown[self.mode] @ self._z)
 
-    def through(self, width: float) -> list[tuple[float, Array]]:
-        """Go on by ``width`` [s]; return the pieces between events, with the outputs (points, outputs) within."""
-        pieces = []
+    def through(self, interval: int) -> list[tuple[float, Array]]:
+        """Go through an interval; return the pieces between events, with the outputs (points, outputs) within."""
+        pieces: list[tuple[float, Array]] = []
+        width = float(self._widths[interval])
         while width > 0:
-            states = self._propagators(width) @ self._z
+            if pieces:
+                states = self._after(width * _POINTS)
+            else:
+                states = self._planned[self.mode].after(interval, self._z[None, :, None])[0]
             excess = self._excess(states)
             bad = int(np.argmax(excess > 0)) if (excess > 0).any() else None
             piece = width
             if bad is not None:
                 piece = self._event(width * (_POINTS[bad - 1] if bad else 0.0), width * _POINTS[bad])
-                states = self._propagators(piece) @ self._z
+                states = self._after(piece * _POINTS)
             pieces.append((piece, np.asarray(states[:-1] @ self._shown[self.mode].T)))
             self._z = states[-1]
             self.time += piece
@@ -168,11 +179,10 @@ class _Run:
 
     def _event(self, low: float, high: float) -> float:
         """Return when, between two times [s] from now, the mode ends."""
-        from scipy.linalg import expm
         from scipy.optimize import brentq
 
         def excess(t: float) -> float:
-            return float(self._excess((expm(self.matrices[self.mode] * t) @ self._z)[None])[0])
+            return float(self._excess(self._after(np.array([t])))[0])
 
         if excess(low) >= 0:
             return low
@@ -191,13 +201,7 @@ class _Run:
                 return
             self._switch()
 
-    def _propagators(self, width: float) -> Array:
-        """Return the exponentials (points, all, all) to the points of an interval; those of few widths are kept."""
-        from scipy.linalg import expm
-
-        key = self.mode, f"{width:.12e}"
-        if key not in self._kept:
-            if len(self._kept) >= _MOST_KEPT:
-                self._kept.clear()
-            self._kept[key] = np.asarray(expm(self.matrices[self.mode] * (width * _POINTS)[:, None, None]))
-        return self._kept[key]
+    def _after(self, widths: Array) -> Array:
+        """Return the states (points, all) after ``widths`` [s] (points,), none longer than the longest interval."""
+        halves, now = self._halves[self.mode], self._z[None, :, None]
+        return np.stack([halves.after(width, now)[0, :, 0] for width in widths.tolist()])

@@ -127,3 +127,20 @@ def test_the_surroundings_change_nothing(tmp_path: Path) -> None:
     for name in ("run.csv", "run.png", "run.json", "out.txt"):
         assert (plain / name).read_bytes() == (odd / name).read_bytes(), name
     assert not (odd / "commanded").exists()
+
+
+@pytest.mark.parametrize(("extra", "used"), [({}, {1}), ({"OPENBLAS_NUM_THREADS": "2"}, {2})])
+def test_linear_algebra_has_one_thread_unless_the_surroundings_say_otherwise(
+    extra: dict[str, str], used: set[int]
+) -> None:
+    """Threads that wait for each other took 15 times the processor time on a busy machine."""
+    code = (
+        "import sys\nfrom ilg_circuit.__main__ import run\n"
+        "sys.argv[1:] = ['simulate', 'paper', '--drive', 'step:4V', '--duration', '1s']\n"
+        "try:\n    run()\nexcept SystemExit:\n    pass\n"
+        "from threadpoolctl import threadpool_info\nprint({t['num_threads'] for t in threadpool_info()})"
+    )
+    plain = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    done = subprocess.run([sys.executable, "-c", code], env=plain | extra, capture_output=True, text=True, timeout=60)
+    found = done.stdout.splitlines()[-1]
+    assert found == str({min(n, os.cpu_count() or 1) for n in used}), done.stderr
