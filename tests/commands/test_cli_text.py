@@ -138,7 +138,8 @@ def test_linear_algebra_has_one_thread_unless_the_surroundings_say_otherwise(
         "import sys\nfrom ilg_circuit.__main__ import run\n"
         "sys.argv[1:] = ['simulate', 'paper', '--drive', 'step:4V', '--duration', '1s']\n"
         "try:\n    run()\nexcept SystemExit:\n    pass\n"
-        "from threadpoolctl import threadpool_info\nprint({t['num_threads'] for t in threadpool_info() if t['user_api'] == 'blas'})"
+        "from threadpoolctl import ThreadpoolController\n"
+        "print({t.num_threads for t in ThreadpoolController().select(user_api='blas').lib_controllers})"
     )
     plain = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
     done = subprocess.run([sys.executable, "-c", code], env=plain | extra, capture_output=True, text=True, timeout=60)
