@@ -144,8 +144,9 @@ def couple(
     if actuator.coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]: it cannot move an arm")
     network = network.slowed(slower)
-    times = _times(network, rhythm_of(network, start).period, duration)
-    rhythm = run_network(network, times, start)
+    known = rhythm_of(network, start)
+    times = _times(network, known.period, duration)
+    rhythm = run_network(network, times, start, known=known)
     of_segment = unit_of_segment(len(network.units), segments, units)
     outputs = rhythm.unit_outputs[:, of_segment]
     largest = lumped_strain(actuator, voltage)

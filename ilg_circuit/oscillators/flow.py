@@ -287,6 +287,8 @@ def _first_switch(terms: Array, active: Active) -> tuple[float, int]:
     sign = np.where(active, 1.0, -1.0)
     bernstein = sign[:, None] * (terms.T @ _BERNSTEIN)
     beyond = bernstein < 0
+    if not beyond.any():
+        return 1.0, -1
     crossing = np.flatnonzero(beyond.any(axis=1))
     earliest = np.argsort(beyond[crossing].argmax(axis=1), kind="stable")  # the most likely one is looked at first
     first, who = 1.0, -1
