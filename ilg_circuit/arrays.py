@@ -29,6 +29,8 @@ def row(values: ArrayLike, what: str) -> Array:
     """
     if np.iscomplexobj(values):
         raise InputError(f"{what} holds complex numbers; give their real and imaginary parts as columns")
+    if is_clock(values):
+        raise InputError(f"{what} holds dates or durations; give it as numbers")
     try:
         masked = isinstance(values, np.ma.MaskedArray)
         found = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan) if masked else np.asarray(values, dtype=float)
@@ -37,6 +39,15 @@ def row(values: ArrayLike, what: str) -> Array:
     if found.ndim != 1:
         raise InputError(f"{what} has the shape {found.shape}; give one row of numbers")
     return found
+
+
+def is_clock(values: ArrayLike) -> bool:
+    """Return True for numpy's and pandas' durations and dates.
+
+    >>> is_clock(np.array([3], dtype="timedelta64[s]")), is_clock([3.0])
+    (True, False)
+    """
+    return getattr(getattr(values, "dtype", None), "kind", "") in ("m", "M")
 
 
 @contextmanager

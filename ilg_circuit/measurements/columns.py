@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array, row
+from ..arrays import Array, is_clock, row
 from ..errors import InputError
 from .derived import impedance_of, stretch_of
 from .header import Column, columns_of
@@ -72,17 +72,12 @@ def _table(columns: Mapping[str, ArrayLike], name: str, kind: Kind, layout: Layo
 
 def _in_si(values: ArrayLike, column: Column, what: str) -> Array:
     """Return values in SI units (n,); durations and dates have a unit of their own, dates count from midnight on."""
-    if column.quantity == "time" and _is_clock(values):
+    if column.quantity == "time" and is_clock(values):
         clock = np.asarray(values)
         if clock.dtype.kind == "M" and len(clock):
             clock = clock - clock[0].astype("datetime64[D]")
         return row(clock / np.timedelta64(1, "s"), what)
     return row(values, what) * column.factor
-
-
-def _is_clock(values: ArrayLike) -> bool:
-    """Return True for numpy's and pandas' durations and dates."""
-    return getattr(getattr(values, "dtype", None), "kind", "") in ("m", "M")
 
 
 def _recognised(columns: Mapping[str, ArrayLike], said: Said) -> tuple[Kind, Layout]:
@@ -98,5 +93,5 @@ def _recognised(columns: Mapping[str, ArrayLike], said: Said) -> tuple[Kind, Lay
 
 def _layout(columns: Mapping[str, ArrayLike], kind: Kind) -> Layout:
     titles = tuple(columns)
-    found = tuple(columns_of(titles, ["s" if _is_clock(columns[title]) else "" for title in titles], kind))
+    found = tuple(columns_of(titles, ["s" if is_clock(columns[title]) else "" for title in titles], kind))
     return Layout(0, titles, found, 1, ",", kind.complete(readable(found)))

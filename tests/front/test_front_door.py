@@ -138,6 +138,13 @@ def test_durations_and_dates_have_a_unit_of_their_own(clock: str, title: str, in
     assert found.notes == ()
 
 
+@pytest.mark.parametrize("kind", ["timedelta64[s]", "datetime64[s]"])
+def test_durations_and_dates_are_no_currents(kind: str) -> None:
+    columns = RECORD | {"current_mA": np.arange(len(T)).astype(kind)}
+    with pytest.raises(ilg.InputError, match="dates or durations"):
+        ilg.read(columns)
+
+
 def test_spectra_by_part_or_as_complex_numbers() -> None:
     found = [
         ilg.read(frequency=F, impedance=Z),
