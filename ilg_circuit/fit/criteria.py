@@ -13,6 +13,9 @@ from ..arrays import Array
 #: Correlation of neighbouring residuals above which they are a structure, not noise.
 _CORRELATED = 0.3
 
+#: Share of a signal's variance, and number of readings' variances, that chance explains.
+_NOTHING, _BY_CHANCE = 0.05, 25.0
+
 #: Least number of independent samples.
 _FEWEST = 5.0
 
@@ -95,6 +98,16 @@ def independent_samples(residuals: Array, channels: int = 1) -> float:
     if not any(structured(part) for part in parts):
         return float(len(residuals))
     return max(sum(effective_samples(part) for part in parts), 5.0)
+
+
+def share_explained(residuals: Array, readings: Array) -> tuple[float, bool]:
+    """Return the share of the variance of ``readings`` (n,) that ``residuals`` (n,) leave out, and whether it is small.
+
+    It is where chance explains as much of so many readings, or where it is next to nothing.
+    """
+    power = float(readings @ readings)
+    share = 1 - float(residuals @ residuals) / power if power else 0.0
+    return share, share < max(_NOTHING, _BY_CHANCE / len(readings))
 
 
 def integrated_time(residuals: Array) -> float:

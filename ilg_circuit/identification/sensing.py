@@ -19,7 +19,7 @@ from ..errors import InputError, SolveError
 from ..findings import Finding, Warned, by_importance
 from ..fit.bootstrap import SEED
 from ..fit.bounded import profile_bounded
-from ..fit.criteria import effective_samples, information_criterion
+from ..fit.criteria import effective_samples, information_criterion, share_explained
 from ..fit.estimate import Estimate, Estimated
 from ..fit.fitting import fit as fitted_by
 from ..fit.fitting import fit_near
@@ -46,9 +46,6 @@ from .sensed import SensedData
 
 #: Time constants of the search, from so many sampling intervals to so many times the record; least ratio of two.
 _GRID, _SHORTEST, _LONGEST, _APART = 13, 2.0, 2.0, 1.8
-#: Share of a signal's variance, and number of readings' variances, that chance explains: a motion must explain more.
-_NOTHING, _BY_CHANCE = 0.05, 25.0
-
 #: Number of other noises of a motion by which its errors are found.
 _NOISES = 12
 
@@ -203,10 +200,11 @@ def identify_sensing(records: Sequence[Sensed], actuator: Actuator) -> SensingFi
         assert failure is not None
         raise failure
     for k, r in enumerate(records):
-        left = min(float(np.var(f.residuals_of(k))) for f in found) / float(np.var(r.signal))
-        if 1 - left < max(_NOTHING, _BY_CHANCE / len(r.time)):
+        residuals = min((f.residuals_of(k) for f in found), key=np.var)
+        share, small = share_explained(residuals - residuals.mean(), r.signal - r.signal.mean())
+        if small:
             raise InputError(
-                f"{r.source}: the motion explains {1 - left:.1%} of the measured {r.quantity}: look at its wires, its "
+                f"{r.source}: the motion explains {share:.1%} of the measured {r.quantity}: look at its wires, its "
                 "column, and whether its clock is the motion's"
             )
     samples = effective_samples(min(found, key=lambda f: f.rmse).residuals)

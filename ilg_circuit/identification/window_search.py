@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..findings import Finding
 from ..fit.bounded import profile_bounded
-from ..fit.criteria import effective_samples, information_criterion
+from ..fit.criteria import effective_samples, information_criterion, share_explained
 from ..fit.fitting import fit, with_starts
 from ..fit.multistart import StartSummary
 from ..fit.problem import Problem, Progress
@@ -244,6 +244,13 @@ class WindowSearch:
     def finish(self, best: Attempt, starts: StartSummary, bic_gain: float | None) -> DisplacementFit:
         channel, data, motion = self.base.channel, best.data, best.motion
         found = best.fit
+        share, small = share_explained(found.residuals, found.problem.projected(found.problem.data))
+        if small:
+            begin, end = data.abscissa[[0, -1]].tolist()
+            raise InputError(
+                f"the voltage explains {share:.1%} of it from {begin:.4g} s to {end:.4g} s after the onset: look at "
+                "its column and its clock, and whether the tip moves while it is filmed"
+            )
         accuracy = None if motion.linear else DEFAULT_ACCURACY
         answer = motion.displacements(data.drive, data.since(channel), found.values[None], accuracy)[0]
         drifting = self.linear[:, : 1 + data.drift] @ found.nuisance + data.held * channel.time

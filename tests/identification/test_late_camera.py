@@ -95,3 +95,14 @@ def test_what_moves_from_the_first_reading_on_has_no_rest() -> None:
     ]
     assert not any(sure)
     assert all(beginning(*camera("step:2V", -REST, 25.0, 0.01, seed))[1] for seed in range(5))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_tip_that_only_trembles_gives_no_gain(seed: int) -> None:
+    """Filmed from when it has settled; noise gave a natural frequency 6 standard errors off."""
+    t = np.arange(40.0, 100.0, 0.2)
+    seen = t + REST, 6e-3 + 3e-5 * np.random.default_rng(seed).standard_normal(len(t))
+    fit = fitted("step:2V", seen, 0.0)
+    assert fit.coupling is None
+    assert "displacement-not-fitted" in codes(fit.findings)
+    assert fit["capacitance"].value == pytest.approx(0.35, rel=0.05)
