@@ -25,14 +25,15 @@ anew := FORCE
 endif
 endif
 
-.PHONY: help setup demo docs docs-quick test lint fuzz mutants peers bench dist constraints clean FORCE
+.PHONY: help setup demo docs docs-quick test test-slow lint fuzz mutants peers bench dist constraints clean FORCE
 
 help:
 	@echo 'make setup   installs the package and what its commands need into .venv, and ngspice where there is none: as'
 	@echo '             root, or by a sudo without password, as a package of the system, else into .venv. Fetches by npm'
 	@echo '             what ilg-circuit page carries'
 	@echo 'make demo    runs the whole flow once, results in demo/'
-	@echo 'make test    runs the tests'
+	@echo 'make test    runs the tests, but for slow ones; minutes'
+	@echo 'make test-slow runs the slow ones: trials with known truth, the examples, what the pages show; twice as long'
 	@echo 'make docs    builds the documentation, gallery included, into docs/_build/html'
 	@echo 'make docs-quick  the same without running the examples'
 	@echo 'make lint    checks style and types'
@@ -51,7 +52,10 @@ demo: setup
 	$(bin)/ilg-circuit demo --out demo
 
 test: setup .venv/.stamp-dev
-	$(bin)/python -m pytest --numprocesses 2 --dist loadfile
+	$(bin)/python -m pytest --numprocesses 2 --dist loadfile -m "not slow"
+
+test-slow: setup .venv/.stamp-dev
+	$(bin)/python -m pytest --numprocesses 2 --dist loadfile -m slow
 
 # Warnings are errors. Nothing is fetched: packages come from PyPI before, what a strip's page carries by npm.
 docs: setup .venv/.stamp-docs

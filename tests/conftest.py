@@ -47,13 +47,20 @@ LONGEST = (
 )  # fmt: skip
 
 
+#: Test functions that `make test` leaves to `make test-slow`; see scripts/slow_tests.py.
+SLOW = frozenset(Path(__file__).with_name("slow.txt").read_text(encoding="utf-8").split())
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Let ``--dist loadfile`` keep the order of the files; by itself it would begin with those of most tests."""
     config.option.loadscopereorder = False
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Put the longest files first where several workers share them."""
+    """Mark slow tests, and put the longest files first where several workers share them."""
+    for item in items:
+        if item.nodeid.partition("[")[0] in SLOW:
+            item.add_marker(pytest.mark.slow)
     if hasattr(config, "workerinput"):
         rank = {name: place for place, name in enumerate(LONGEST)}
         items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
