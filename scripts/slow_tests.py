@@ -1,10 +1,11 @@
 """Writes tests/slow.txt: the tests that `make test` leaves to `make test-slow`, by how long they took in a run of all.
 
-A test function is slow if its cases take ``--mean`` seconds each or more, with what is set up for them. The list is
-made anew when the tests that are not on it no longer end within 8 minutes on two processors.
+A test function is slow if its cases take ``--mean`` seconds each or more, with what is set up for them. Where the first
+function is left out the next one has to set it up: a run with ``-m "not slow"`` then shows ``--more``. The list is made
+anew when the tests that are not on it no longer end within 8 minutes on two processors.
 
 usage: python -m pytest -n 2 --dist loadfile --durations 0 --durations-min 0.02 > run.txt
-       python scripts/slow_tests.py run.txt [--mean 1.1]
+       python scripts/slow_tests.py run.txt [--mean 1.1] [--more]
 """
 
 from __future__ import annotations
@@ -34,9 +35,12 @@ def slow(report: str, mean: float) -> list[str]:
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("report", type=Path)
+    options.add_argument("--more", action="store_true", help="keep those that are on the list, of a run without them")
     options.add_argument("--mean", type=float, default=1.1, help="seconds a case")
     given = options.parse_args()
     found = slow(given.report.read_text(encoding="utf-8"), given.mean)
+    if given.more:
+        found = sorted({*found, *LIST.read_text(encoding="utf-8").split()})
     LIST.write_text("".join(f"{name}\n" for name in found), encoding="utf-8")
     print(f"{len(found)} functions in {LIST}")
 

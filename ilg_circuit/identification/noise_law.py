@@ -1,13 +1,15 @@
 """Estimates how the noise of a spectrum varies over its band, from the residuals of a fit.
 
 The standard deviation of a point relative to the fit's weighting is taken as a power of the frequency, of abs(Z), or of
-both, with the exponents of greatest restricted likelihood. Weights of even noise would take the noisiest points, often
-the lowest frequencies, for as good as the others, and the intervals of what these determine would be too narrow.
+both, or as even noise with a floor, of the voltage's readings (it is felt where abs(Z) is small) or of the current's
+(where it is large). The constants are those of greatest restricted likelihood. Weights of even noise would take the
+noisiest points, often the lowest frequencies, for as good as the others, and the intervals of what these determine
+would be too narrow.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,29 +20,31 @@ from ..fit.result import FitResult
 
 #: Fewest readings beyond the parameters that show a law, and least relative residuals that are noise.
 _FEWEST, _LEAST = 12, 1e-7
-#: Decrease of -2 log(restricted likelihood) for which an exponent is taken.
+#: Decrease of -2 log(restricted likelihood) for which a constant is taken.
 _GAIN = 4.0
 #: Largest exponent, and the widths of the steps of the search.
 _MOST, _WIDTHS = 1.5, (0.3, 0.1, 0.03, 0.01)
-#: Step of an exponent for second differences of the likelihood.
+#: Step of a constant for differences.
 _STEP = 0.03
+#: Where a search for a floor begins, as parts of the points by their abs(Z).
+_PLACES = (0.2, 0.5, 0.8)
 
 
 @dataclass(frozen=True, eq=False)
 class NoiseLaw:
-    """How the noise of points varies: ``exponents`` (q,) of quantities whose centred logarithms are ``laws`` (q, f).
+    """How the noise of points varies: the ``logarithm`` (f,) of their standard deviations, about its mean.
 
-    ``covariance`` (q, q) is that of the exponents.
+    ``laws`` (q, f) are its derivatives by q constants, whose ``covariance`` is (q, q).
     """
 
+    logarithm: Array
     laws: Array
-    exponents: Array
     covariance: Array
 
     @property
     def profile(self) -> Array:
         """Standard deviation of each point (f,) relative to their geometric mean."""
-        return np.asarray(np.exp(self.exponents @ self.laws))
+        return np.asarray(np.exp(self.logarithm))
 
     def freedom(self, fit: FitResult) -> Array:
         """Return the degrees of freedom (n,) of the errors of a ``fit`` with these weights.
@@ -64,23 +68,60 @@ def noise_law(fit: FitResult, frequency: Array, modulus: Array) -> NoiseLaw | No
     residuals = fit.residuals
     if len(residuals) - fit.count < _FEWEST or fit.rmse < _LEAST or any(map(structured, np.split(residuals, 2))):
         return None
-    every = np.log(np.array([frequency, modulus]))
-    every -= every.mean(axis=1, keepdims=True)
     columns = np.column_stack([fit.slopes / np.linalg.norm(fit.slopes, axis=0), residuals / np.linalg.norm(residuals)])
-    best, least = None, _restricted(columns)
-    for chosen in ([0], [1], [0, 1]):
-        laws = every[chosen]
+    best, least, before = None, _restricted(columns), 0
+    for family in _families(np.log(frequency), np.log(modulus)):
 
-        def cost(exponents: Array, laws: Array = laws) -> float:
-            return _restricted(columns * np.exp(-np.tile(exponents @ laws, 2))[:, None])
+        def cost(constants: Array, family: _Family = family) -> float:
+            return _restricted(columns * np.exp(-np.tile(family.logarithm(constants), 2))[:, None])
 
-        exponents, found = _minimum(cost, np.zeros(len(chosen)))
-        before = 0 if best is None else len(best.exponents)
-        if found < least - _GAIN * (len(chosen) - before):
-            curvature = _curvature(cost, exponents)
+        found = [_minimum(cost, start, family.most) for start in family.starts]
+        constants, value = min(found, key=lambda each: each[1])
+        count = len(constants)
+        if value < least - _GAIN * (count - before):
+            curvature = _curvature(cost, constants)
             if (np.linalg.eigvalsh(curvature) > 0).all():
-                best, least = NoiseLaw(laws, exponents, np.asarray(2 * np.linalg.inv(curvature))), found
+                covariance = np.asarray(2 * np.linalg.inv(curvature))
+                best = NoiseLaw(family.logarithm(constants), family.slopes(constants), covariance)
+                least, before = value, count
     return best
+
+
+@dataclass(frozen=True, eq=False)
+class _Family:
+    """A law of noise: its ``shape`` gives logarithms (f,) for constants (q,), which begin at any of ``starts``.
+
+    No constant is larger than ``most``.
+    """
+
+    shape: Callable[[Array], Array]
+    starts: Sequence[Array]
+    most: float
+
+    def logarithm(self, constants: Array) -> Array:
+        """Return the logarithms (f,) of the standard deviations about their mean."""
+        found = self.shape(constants)
+        return np.asarray(found - found.mean())
+
+    def slopes(self, constants: Array) -> Array:
+        """Return the derivatives (q, f) of the logarithms by the constants."""
+        steps = 0.5 * _STEP * np.eye(len(constants))
+        return np.array([(self.logarithm(constants + d) - self.logarithm(constants - d)) / _STEP for d in steps])
+
+
+def _families(frequency: Array, modulus: Array) -> list[_Family]:
+    """Return the laws that are tried, of the logarithms of frequencies and moduli (f,)."""
+    every = np.array([frequency - frequency.mean(), modulus - modulus.mean()])
+
+    def powers(chosen: list[int]) -> _Family:
+        return _Family(lambda exponents: exponents @ every[chosen], [np.zeros(len(chosen))], _MOST)
+
+    def floor(side: float) -> _Family:
+        starts = [np.array([place]) for place in np.quantile(every[1], _PLACES).tolist()]
+        most = float(np.abs(every[1]).max())
+        return _Family(lambda at: 0.5 * np.logaddexp(0.0, 2 * side * (every[1] - at[0])), starts, most)
+
+    return [powers([0]), powers([1]), floor(-1.0), floor(1.0), powers([0, 1])]
 
 
 def _restricted(columns: Array) -> float:
@@ -92,8 +133,8 @@ def _restricted(columns: Array) -> float:
     return float(2 * diagonal[:-1].sum() + 2 * (len(columns) - len(diagonal) + 1) * diagonal[-1])
 
 
-def _minimum(cost: Callable[[Array], float], start: Array) -> tuple[Array, float]:
-    """Return the exponents of least cost, and the cost, by steps along each of them that become shorter."""
+def _minimum(cost: Callable[[Array], float], start: Array, most: float) -> tuple[Array, float]:
+    """Return the constants of least cost, and the cost, by steps along each of them that become shorter."""
     at, least = start, cost(start)
     for width in _WIDTHS:
         moved = True
@@ -101,7 +142,7 @@ def _minimum(cost: Callable[[Array], float], start: Array) -> tuple[Array, float
             moved = False
             for step in np.vstack([np.eye(len(at)), -np.eye(len(at))]) * width:
                 trial = at + step
-                if np.abs(trial).max() <= _MOST and (value := cost(trial)) < least:
+                if np.abs(trial).max() <= most and (value := cost(trial)) < least:
                     at, least, moved = trial, value, True
     return at, least
 

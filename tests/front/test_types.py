@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import unwrap
 from pathlib import Path
 from typing import Any, get_overloads
 
@@ -84,7 +85,7 @@ NAMES = {"ArmResult": ArmResult, "FitResult": FitResult, "Shape": Shape, "SubCir
 
 def returned(function: Callable[..., Any]) -> Any:
     """The class that a function's annotation says it returns."""
-    plain: Any = getattr(function, "__wrapped__", function)
+    plain: Any = unwrap(function)
     return eval(plain.__annotations__["return"], {**plain.__globals__, **NAMES})
 
 
@@ -106,5 +107,5 @@ def test_the_classes_of_results_are_names_of_one_module() -> None:
 
 
 def test_a_rhythm_and_a_sweep_of_rhythms_are_told_apart() -> None:
-    function = getattr(ilg.cpg, "__wrapped__", ilg.cpg)
+    function = unwrap(ilg.cpg)
     assert [returned(f) for f in get_overloads(function)] == [RhythmRun, RhythmSweep]
