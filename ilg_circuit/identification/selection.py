@@ -12,6 +12,7 @@ from ..errors import IlgError, SolveError
 from ..findings import Finding
 from ..fit.criteria import parts_by_time, samples_for_bic
 from ..fit.identifiability import Identifiability
+from ..fit.misfit import WARN
 from ..fit.problem import Progress
 from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independent, clearly_better, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names
@@ -21,6 +22,8 @@ from .port_model import BY_TIME, PortData
 
 #: Model that is tried even if a simpler model's residuals are only noise, to check that one pole is enough.
 _CHECK = "rc2"
+#: Rms of the residuals of one file, relative to its size, above which nonlinear models are tried.
+_LARGE = 0.005
 
 
 def fit_named(
@@ -41,14 +44,15 @@ def fit_best(
     The number of independent samples is the same for all candidates, from the residuals of the candidate of smallest
     rms; a candidate whose rms is smaller by a factor of `CLEAR` does not lose. A model with a parameter that is not
     determined, or whose best fit was reached from one start only, is not chosen. A sinh electron path or a growing
-    capacitance is tried if voltages differ and the best linear model's residuals exceed the individual fits'. Raises
-    SolveError if no model can be fitted.
+    capacitance is tried if voltages differ and the best linear model's residuals exceed the individual fits', or, of
+    one file, are large. Raises SolveError if no model can be fitted.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
     first, *others = (m for m in model_names() if m in tried)
     contest.enter(first)
-    contest.enter_nonlinear(first)
+    if len(data) > 1:
+        contest.enter_nonlinear(first)
     for model in others:
         contest.enter(model)
     linear = [m for m in contest.fits if electrical_model(m).linear]
@@ -90,10 +94,16 @@ class _Contest:
             if not levels_differ(self._data):
                 if len(self._data) > 1:
                     self._skip(model, "candidate-not-tried-voltages")
-            elif ions in self.fits and self.fits[ions].beyond_individual(self.samples) < EVIDENCE:
+            elif ions in self.fits and len(self._data) == 1 and not self.fits[ions].misfit > _LARGE:
+                self._skip(model, "candidate-not-tried-alone", other=ions)
+            elif ions in self.fits and len(self._data) > 1 and not self._worse_together(ions):
                 self._skip(model, "candidate-not-tried-gain", other=ions)
             else:
                 self.enter(model)
+
+    def _worse_together(self, model: str) -> bool:
+        """Return whether the files leave more residuals together than each by itself."""
+        return self.fits[model].beyond_individual(self.samples) >= EVIDENCE
 
     def _skip(self, model: str, code: str, **values: str) -> None:
         self.failures[model] = ("not tried", Finding(code, values=values))

@@ -1,0 +1,62 @@
+"""One record of a nonlinear strip, over many voltages: `auto` finds the law that a linear model only resembles."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import every_model
+import numpy as np
+import pytest
+
+import ilg_circuit as ilg
+from ilg_circuit.identification.identification import Identification
+from ilg_circuit.strip.actuator import Actuator
+from ilg_circuit.strip.elements import lumped_port
+
+REST, STEP = 10.0, 0.25
+#: 1, 2 and 3 V for 40 s each, as times [s] and voltages [V].
+STAIRCASE = ([0.0, 40.0, 40.0, 80.0, 80.0, 120.0], [1.0, 1.0, 2.0, 2.0, 3.0, 3.0])
+MILD = every_model.strip_of("rc+sinh").with_(emission_voltage=1.5)
+
+
+def identified(strip: Actuator, drive: Any) -> Identification:
+    """Return the fit of a record with noise of 0.1 % of the peak."""
+    run = ilg.simulate(strip, drive, times=np.arange(0.0, 120.0, STEP))
+    current = run.current + 1e-3 * np.abs(run.current).max() * np.random.default_rng(0).standard_normal(len(run.time))
+    still = np.zeros(round(REST / STEP))
+    record = {
+        "time_s": STEP * np.arange(len(still) + len(current)),
+        "voltage_V": np.concatenate([still, run.voltage]),
+        "current_A": np.concatenate([still, current]),
+    }
+    return ilg.identify(record, "paper", onset=REST)
+
+
+@pytest.mark.parametrize(
+    ("strip", "drive"),
+    [(MILD, STAIRCASE), (every_model.strip_of("rc+sinh"), "triangle:3V,80s")],
+    ids=["staircase", "triangle"],
+)
+def test_a_sinh_electron_path_is_found(strip: Actuator, drive: Any) -> None:
+    """A linear Rdc was a half of the true one, and a success: 306 for 601 ohm under the staircase."""
+    found = identified(strip, drive)
+    assert found.success
+    assert found.model == "rc+sinh"
+    port = lumped_port(strip)
+    (branch,) = port.branches
+    truth = {
+        "dc_resistance": port.dc_resistance,
+        "dynamic_resistance": branch[0],
+        "capacitance": branch[1],
+        "emission_voltage": port.emission_voltage,
+    }
+    for name, value in truth.items():
+        assert found[name].value == pytest.approx(value, abs=4 * found[name].reported[0]), name
+        assert found[name].value == pytest.approx(value, rel=0.01), name
+
+
+def test_a_linear_strip_stays_linear() -> None:
+    found = identified(every_model.strip_of("rc"), STAIRCASE)
+    assert found.model == "rc"
+    tried = {row.model: row.status for row in found.candidates}
+    assert tried["rc+sinh"] == tried["rc+growing"] == "not tried"
