@@ -50,12 +50,13 @@ class Source:
 
     @classmethod
     def of(cls, actuator: Actuator, charge: bool, beam: str) -> Source:
-        """Return the source of a linear strip on a ``beam``, by the ``charge`` or the voltage of its ions."""
+        """Return the source of a strip on a ``beam``, by the ions' ``charge`` of a linear circuit or their voltage."""
         kind = ChargeCoupling if charge else VoltageRelaxations
         # a dynamic beam takes no voltage without delay: a relaxation, whose pole is divided out again
         delayed = beam == "dynamic"
         law = kind(gain_1=1.0, time_1=_DELAY) if delayed else kind(instantaneous=1.0)
-        system = state_space([strip_netlist(replace(actuator, coupling=law), beam=beam)])
+        # what follows the voltage does not depend on a nonlinear circuit without an electrode resistance
+        system = state_space([strip_netlist(replace(actuator, coupling=law), beam=beam).linearised()])
         row = system.output_names.index("displacement")
         direct, modes = float(system.d[0, row, 0]), modes_of(system)
         if modes is None:

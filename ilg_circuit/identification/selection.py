@@ -12,7 +12,6 @@ from ..errors import IlgError, SolveError
 from ..findings import Finding
 from ..fit.criteria import parts_by_time, samples_for_bic
 from ..fit.identifiability import Identifiability
-from ..fit.misfit import WARN
 from ..fit.problem import Progress
 from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independent, clearly_better, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names

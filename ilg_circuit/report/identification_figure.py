@@ -66,7 +66,7 @@ def figure(result: Identification) -> Figure:
 def _record(result: Identification) -> Figure:
     """Return data, fit and residuals of current and displacement, and the drive; time is logarithmic for a step."""
     names = [name for name in (*BY_TIME, "displacement") if name in _drawn_over_time(result)]
-    drawn, axes = new_figure(2 * len(names) + 1, [2.0, 0.9] * len(names) + [0.8])
+    drawn, axes = new_figure(2 * len(names) + 1, [2.0, 1.1] * len(names) + [1.1])
     for name, upper, lower in zip(names, axes[::2], axes[1::2], strict=False):
         _fit(result, name, upper)
         _fit_residuals(result, name, lower)
@@ -208,10 +208,11 @@ def _annotate(panel: Any, result: Identification) -> None:
         return f"{metric_text('peak', m)} at {metric_text('peak_time', m)}, {over}"
 
     what = "peak" if metrics.peak is not None else "final value"
-    part = f"first {format_quantity(metrics.until, 's', 3)}: " if metrics.record is not None else ""
+    (moved,) = result.coupling.individual
+    whole = metrics.record is None and metrics.until == moved.data.channel.time[-1]
+    part = "" if whole else f"first {format_quantity(metrics.until, 's', 3)}: "
     caption(panel, f"{part}{what} {words(metrics.measured)}; model {words(metrics.model)}")
     if metrics.peak is not None:
-        (moved,) = result.coupling.individual
         at, height = metrics.peak
         factor, _ = engineering(moved.data.channel.values, "m")
         position = metrics.rest + moved.data.sign * height
