@@ -20,7 +20,7 @@ _BOLDEST = 2.0
 #: The least gain that is tried in parts of the boldest, and the damping of a beam that has none.
 _LEAST, _DAMPING = 1e-8, 1e-6
 #: Frequencies at which the loop is judged, from and to in parts of that of d(s).
-_FROM, _TO, _POINTS = 1e-3, 1e4, 4001
+_FROM, _TO, _POINTS = 1e-3, 1e4, 1401
 
 
 @dataclass(frozen=True)
