@@ -66,8 +66,8 @@ class Halves:
     """
 
     def __init__(self, matrix: Array, longest: float) -> None:
-        norm = float(np.abs(matrix).sum(axis=1).max())
-        count = max(int(np.ceil(np.log2(norm * longest / _SHORT))), 0) + 1 if norm * longest > 0 else 1
+        size = float(np.abs(matrix).sum(axis=1).max()) * longest
+        count = max(int(np.ceil(np.log2(size / _SHORT))), 0) + 1 if 0 < size < np.inf else 1
         self._matrix = matrix
         self._widths = (longest * 0.5 ** np.arange(count)).tolist()
         self._kept: dict[float, Array] = {}
