@@ -217,6 +217,13 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
                     raise unknown_name(f"argument of {function.__name__}", name, known)
         places = [name for name, p in known.items() if p.kind is Parameter.POSITIONAL_OR_KEYWORD]
         values = dict(zip(places, given, strict=False)) if Parameter.VAR_POSITIONAL not in _sorts(known) else {}
+        if len(given) > len(places) and Parameter.VAR_POSITIONAL not in _sorts(known):
+            raise InputError(
+                f"{function.__name__} takes {len(places)} arguments by their place, and {len(given)} are given; name "
+                "the others"
+            )
+        for name in values.keys() & named.keys():
+            raise InputError(f"{argument(name)} is given twice, by its place and by its name")
         missing = [
             name
             for name, p in known.items()

@@ -117,6 +117,14 @@ def test_it_is_refused_in_one_line(name: str, given: dict[str, Any]) -> None:
     assert "object at 0x" not in message
 
 
+def test_arguments_given_twice_or_too_many_are_one_line() -> None:
+    call: Any = ilg.simulate
+    with pytest.raises(ilg.InputError, match="strip is given twice, by its place and by its name"):
+        call("paper", "step:1V", "1 s", strip="paper")
+    with pytest.raises(ilg.InputError, match="simulate takes 3 arguments by their place, and 4 are given"):
+        call("paper", "step:1V", "1 s", 50)
+
+
 def test_a_missing_argument_is_named() -> None:
     with pytest.raises(ilg.InputError, match="drive is missing; simulate needs it"):
         ilg.simulate("paper")  # type: ignore[call-arg]
