@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ilg_circuit.solve import propagators
 from ilg_circuit.solve.propagators import Halves, Propagators
 
 #: Poles of eight decades [1/s], and a basis that is far from orthogonal but well conditioned.
@@ -37,6 +38,24 @@ def test_a_state_goes_through_regular_and_irregular_intervals(count: int) -> Non
         for fraction, state in zip(fractions.tolist(), states, strict=True):
             np.testing.assert_allclose(state, after(time + fraction * width), rtol=0, atol=1e-8)
         x, time = states[-1][None, :, None], time + width
+
+
+def test_exponentials_are_computed_once_and_as_many_kept_as_there_is_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    real = propagators.exponentials
+    monkeypatch.setattr(propagators, "exponentials", lambda m, widths: made.append(widths) or real(m, widths))
+    widths = np.resize([0.01, 0.03], 100)
+    through = Propagators(MATRIX, widths, np.ones(1))
+    for k in range(len(widths)):
+        through.after(k, START)
+    assert len(made) == 2
+    monkeypatch.setattr(propagators, "_MOST_KEPT", 3 * MATRIX.size)
+    through = Propagators(MATRIX, np.resize(0.01 * np.array([1.0, 3.0, 7.0, 11.0, 13.0]), 100), np.ones(1))
+    kept = []
+    for k in range(100):
+        through.after(k, START)
+        kept.append(len(through._kept))
+    assert max(kept) == 3
 
 
 def test_nothing_moves_without_a_matrix_or_time() -> None:
