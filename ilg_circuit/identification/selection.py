@@ -12,6 +12,7 @@ from ..errors import IlgError, SolveError
 from ..findings import Finding
 from ..fit.criteria import parts_by_time, samples_for_bic
 from ..fit.identifiability import Identifiability
+from ..fit.misfit import WARN
 from ..fit.problem import Progress
 from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independent, clearly_better, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names
@@ -44,7 +45,8 @@ def fit_best(
     rms; a candidate whose rms is smaller by a factor of `CLEAR` does not lose. A model with a parameter that is not
     determined, or whose best fit was reached from one start only, is not chosen. A sinh electron path or a growing
     capacitance is tried if voltages differ and the best linear model's residuals exceed the individual fits', or, of
-    one file, are large. Raises SolveError if no model can be fitted.
+    one file, are large; a saturating charge only where no model describes the data well. Raises SolveError if no model
+    can be fitted.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
@@ -55,8 +57,12 @@ def fit_best(
     for model in others:
         contest.enter(model)
     linear = [m for m in contest.fits if electrical_model(m).linear]
-    contest.enter_nonlinear(contest.best(linear) if linear else first)
+    ions = contest.best(linear) if linear else first
+    contest.enter_nonlinear(ions)
     winner = contest.best(list(contest.fits))
+    if contest.fits[winner].misfit > WARN:
+        contest.enter_nonlinear(ions, contested=False)
+        winner = contest.best(list(contest.fits))
     rows = contest.rows(winner)
     return contest.fits[winner], rows
 
@@ -84,11 +90,12 @@ class _Contest:
             self._errors.append(error)
             self.failures[model] = ("failed", Finding("candidate-failed", values={"error": str(error)}))
 
-    def enter_nonlinear(self, ions: str) -> None:
-        """Fit ``ions`` with each nonlinear addition, if the data can support one."""
+    def enter_nonlinear(self, ions: str, *, contested: bool = True) -> None:
+        """Fit ``ions`` with each nonlinear addition that is ``contested`` or is not, if the data can support one."""
         for model in model_names():
             kind = electrical_model(model)
-            if model in self.fits or kind.linear or kind.plain != ions or not all(a.contested for a in kind.additions):
+            other = kind.linear or kind.plain != ions or all(a.contested for a in kind.additions) != contested
+            if other or model in self.fits or (not contested and len(kind.additions) > 1):
                 continue
             if not levels_differ(self._data):
                 if len(self._data) > 1:

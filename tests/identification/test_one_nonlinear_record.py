@@ -63,6 +63,16 @@ def test_a_sinh_electron_path_is_found(strip: Actuator, drive: Any) -> None:
         assert found[name].value == pytest.approx(value, rel=0.01), name
 
 
+def test_a_charge_that_saturates_is_found_where_nothing_else_describes_it() -> None:
+    strip = every_model.strip_of("rc+saturating")
+    found = identified(strip, "triangle:3V,80s")
+    assert found.success
+    assert found.model == "rc+saturating"
+    one = found["saturation_voltage"]
+    assert one.value == pytest.approx(lumped_port(strip).saturation_voltage, abs=3.5 * one.reported[0])
+    assert found["dc_resistance"].value == pytest.approx(600.0, rel=0.01)
+
+
 def test_a_linear_strip_stays_linear() -> None:
     found = identified(every_model.strip_of("rc"), STAIRCASE)
     assert found.model == "rc"

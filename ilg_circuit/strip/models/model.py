@@ -176,7 +176,8 @@ class Addition:
     changes the electrons, the ions or the terminals. ``linear``: a small signal about 0 V shows it.
     ``several_voltages``: no single voltage determines it; ``constant_voltage_hides``: a step shows nothing of it;
     ``spectra_only``: a record over time shows nothing of it; ``charges``: a law of the charge, of which there is one;
-    ``of_either_sign``: a strip's value may be negative; ``contested``: ``--model auto`` tries it where voltages differ.
+    ``of_either_sign``: a strip's value may be negative; ``contested``: ``--model auto`` tries it where voltages differ,
+    and others only where no model describes the data well.
     """
 
     name: str
