@@ -223,7 +223,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
                 "the others"
             )
         for name in values.keys() & named.keys():
-            raise InputError(f"{argument(name)} is given twice, by its place and by its name")
+            raise InputError(f"{argument(name)} is given twice, by its place and by its name; leave one out")
         missing = [
             name
             for name, p in known.items()

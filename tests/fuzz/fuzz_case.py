@@ -16,7 +16,6 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from types import FrameType
@@ -29,9 +28,8 @@ import inputs
 import numpy as np
 import track_texts
 
-from ilg_circuit.cli import cli, main
+from ilg_circuit.cli import main
 from ilg_circuit.commands import stopping
-from ilg_circuit.commands.paths import LongCommand
 from ilg_circuit.errors import IlgWarning, InputError
 from ilg_circuit.measurements.kind import LOAD_TEST
 from ilg_circuit.measurements.read import read, read_load_test
@@ -39,9 +37,11 @@ from ilg_circuit.strip.actuator import PAPER, Actuator, Electrodes, Layer
 from ilg_circuit.strip.file import dumps, load_actuator
 from ilg_circuit.study.plan import read_plan
 
-#: Processor time [s] that a case may take, and how long commands that may take longer are given to end themselves.
+#: Processor time [s] that a case may take, and how long searches are given before they end themselves.
 LONGEST, LIMIT = 5.0, "4s"
-_NOT_A_NUMBER = re.compile(r"(?<![\w$/.\\-])-?(nan|inf|infinity)(?![\w./])", re.IGNORECASE)
+#: Commands whose work is a search over many simulations, which say how long they will take and are ended by an option.
+SEARCHES = ("design", "identify", "sense", "sweep")
+_NOT_A_NUMBER = re.compile(r"(?<![\w$/.\\-])-?(nan|inf|infinity)(?![\w.])", re.IGNORECASE)
 #: A line of progress, which work that takes long shows.
 _PROGRESS = re.compile(r"\w+: .*(to go|and more to come)$")
 _DESIGNS = "thickness_mm,width_mm,voltage_V\n0.3,5,1\n0.5,,2\n0.8,6,3\n"
@@ -61,7 +61,7 @@ class TooLongError(BaseException):
 class Outcome:
     """What came of a case: its exit code, the processor time [s] that it took, and what is wrong, "" if nothing.
 
-    ``limited``: its time limit ended it.
+    ``limited``: it was a search that its time limit ended.
     """
 
     code: int
@@ -155,10 +155,8 @@ def run_command(seed: int, given: Path) -> Outcome:
 
 
 def limited_line(line: list[str]) -> list[str]:
-    """Return a command line with a time limit where the command has one, since it may take long."""
-    known = line[0] in cli.commands
-    command = getattr(import_module(f"ilg_circuit.commands.{line[0]}"), line[0]) if known else None
-    return [*line, "--time-limit", LIMIT] if isinstance(command, LongCommand) else line
+    """Return a command line with a time limit where it is a search."""
+    return [*line, "--time-limit", LIMIT] if line[0] in SEARCHES else line
 
 
 def read_damaged(seed: int, folder: Path) -> Outcome:
