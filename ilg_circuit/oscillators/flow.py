@@ -41,6 +41,9 @@ _TOUCH = 1e-12
 _UNBOUNDED = 1e9
 
 _EXPONENTS = np.arange(ORDER + 1)
+_FACTORIALS = np.array([float(math.factorial(k)) for k in range(ORDER + 1)])
+#: A polynomial of a matrix is one in this power of it, whose coefficients are polynomials of a lower order.
+_POWER = 4
 #: Monomial coefficients times this are Bernstein coefficients: C(j, k)/C(ORDER, k), (ORDER + 1, ORDER + 1).
 _BERNSTEIN = np.array([[math.comb(j, k) / math.comb(ORDER, k) for j in range(ORDER + 1)] for k in range(ORDER + 1)])
 
@@ -76,11 +79,19 @@ class _Series:
         m = len(self.matrix)
         if self.rows is not None:
             return np.asarray((length**_EXPONENTS @ self.rows.reshape(ORDER + 1, -1)).reshape(m, m))
-        total = np.eye(m)
-        for k in range(ORDER, 0, -1):
-            total = (self.matrix * (length / k)) @ total
-            total.flat[:: m + 1] += 1.0
+        factors = length**_EXPONENTS / _FACTORIALS
+        total = np.zeros((m, m))
+        for k in range(ORDER - ORDER % _POWER, -1, -_POWER):  # Horner's scheme in (A h)^4
+            few = factors[k : k + _POWER]
+            total = self._powers[-1] @ total + np.tensordot(few, self._powers[: len(few)], 1)
         return total
+
+    @cached_property
+    def _powers(self) -> Array:
+        """(A h)^k (5, 2 n + 1, 2 n + 1), k = 0 to 4."""
+        a = self.matrix
+        square = a @ a
+        return np.stack([np.eye(len(a)), a, square, square @ a, square @ square])
 
 
 @dataclass(frozen=True)
@@ -238,6 +249,11 @@ class Flow:
         self._pieces[key] = _Series(step, a, rows)
         return self._pieces[key]
 
+    def _ahead(self, z: Array, active: Active) -> Array:
+        """Return a positive multiple (2 n + 1,) of the derivative z' in the piece of these ``active``."""
+        known = self._pieces.get(active.tobytes())
+        return (self._full_matrix(active) if known is None else known.matrix) @ z
+
     def _start(self, z: Array, before: Active | None = None) -> Active:
         """Return the neurons active just after ``z``: those with x > 0, and those at 0 that leave it upwards.
 
@@ -251,10 +267,9 @@ class Flow:
         for _ in range(self._switches + 1):
             if not at_zero.any():
                 break
-            piece = self._series(active)
-            terms = self.gates(piece.terms(z, 1), active)
+            terms = self.gates(np.stack([z, self._ahead(z, active)]), active)
             if not terms[1, at_zero].all():
-                terms = self.gates(piece.terms(z), active)
+                terms = self.gates(self._series(active).terms(z), active)
             first = np.argmax(terms != 0, axis=0)
             rising = np.where(at_zero, terms[first, count] > 0, x > 0)
             if (rising == active).all():
@@ -291,11 +306,14 @@ def _first_switch(terms: Array, active: Active) -> tuple[float, int]:
         return 1.0, -1
     crossing = np.flatnonzero(beyond.any(axis=1))
     earliest = np.argsort(beyond[crossing].argmax(axis=1), kind="stable")  # the most likely one is looked at first
-    first, who = 1.0, -1
-    for i in crossing[earliest].tolist():
+    first, who, left = 1.0, -1, crossing[earliest].tolist()
+    while left:
+        i = left.pop(0)
         root = next(sign_changes(sign[i] * terms[:, i], first), None)
         if root is not None and (root < first or who < 0):
             first, who = root, i
+            shorter = (terms[:, left].T * first**_EXPONENTS) @ _BERNSTEIN
+            left = [k for k, met in zip(left, (sign[left, None] * shorter < 0).any(axis=1), strict=True) if met]
     return first, who
 
 

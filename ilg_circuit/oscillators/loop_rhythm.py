@@ -1,12 +1,15 @@
 """Long-term behaviour of neurons with a reflex: a cycle with the strips' angles in it, or rest.
 
 A rest is proven as for a network alone: the motion is in the piece of a stable state of rest, and its decaying modes
-keep it there. A cycle is found by Newton's method where the motion has returned close to itself, is stable, and the
-motion must then have come nearer to it by half: a slow strip drifts for long, maybe past a cycle.
+(or an ellipsoid, where they are no basis) keep it there. Without feedback the neurons have the rhythm of the network
+alone, and the strips follow it: their motion is the solution of linear equations. With feedback a cycle is found by
+Newton's method where the motion has returned close to itself, is stable, and the motion must then have come nearer to
+it by half: a slow strip drifts for long, maybe past a cycle.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,10 +18,12 @@ import numpy as np
 from ..arrays import Array, ComplexArray, Mask
 from ..findings import Finding, Warned
 from .flow import Flow, Stretch
-from .network import checked_start
-from .orbits import NEAR, Orbit, closed_orbit
+from .network import checked_start, default_start
+from .orbits import NEAR, Orbit, closed_orbit, propagated
 from .outcome import MARGINAL, extremes, fundamentals, wrapped
 from .reflex import Loop, LoopFlow
+from .rest import Ellipsoid
+from .rhythm import rhythm
 
 #: Steps of the flow after which a motion that neither rests nor repeats is left undecided.
 MOST_STEPS = 60_000
@@ -110,7 +115,31 @@ def loop_rhythm(loop: Loop, start: Array | None = None, begun: LoopRhythm | None
     neurons = checked_start(loop.network, start)
     flow = LoopFlow(loop)
     state = flow.start(neurons) if begun is None or begun.state is None else begun.state
-    return _Follower(flow, neurons).run(state)
+    found = None if loop.gain else _unfelt(flow, neurons, state[: len(neurons)])
+    return found or _Follower(flow, neurons).run(state)
+
+
+def _unfelt(flow: LoopFlow, start: Array, now: Array) -> LoopRhythm | None:
+    """Return the rhythm of neurons ``now`` (2 n,) without feedback, and of the strips that follow; None if not known.
+
+    It is there when the neurons are and the slowest mode of a strip has decayed to what counts as near.
+    """
+    loop, strips = flow.loop, slice(len(now), None)
+    free = loop.free if (now == default_start(loop.network)).all() else rhythm(loop.network, now)
+    settled = free.settled - np.log(NEAR) / -np.linalg.eigvals(loop.plant.a).real.max()
+    if free.rest is not None and not free.findings:
+        state = flow.start(free.rest)
+        a, b = flow.linear_piece(flow.values(np.append(state, 1.0)) > 0)
+        state[strips] = -np.linalg.solve(a[strips, strips], a[strips, : len(now)] @ free.rest + b[strips])
+        return LoopRhythm(loop, start, "rest", float(settled), state)
+    if free.cycle is not None and free.cycle.multiplier <= 1 + MARGINAL:
+        state, period = flow.start(free.cycle.state), free.cycle.period
+        monodromy, end, _ = propagated(flow, state, period)
+        own = monodromy[strips, strips]
+        state[strips] = np.linalg.solve(np.eye(len(own)) - own, end[strips])
+        multiplier = max(free.cycle.multiplier, float(np.abs(np.linalg.eigvals(own)).max()))
+        return LoopRhythm(loop, start, "cycle", float(settled), state, period, multiplier)
+    return None
 
 
 @dataclass(frozen=True)
@@ -172,7 +201,7 @@ class _Follower:
         if rest is None:
             return None
         still = np.abs(state - rest.state).max() <= _STOPPED * np.abs(rest.state).max()
-        return rest.state if still or rest.keeps(state) else None
+        return rest.state if still or rest.holds(state - rest.state) else None
 
     def _cycling(self, count: int, neuron: int) -> _Found | None:
         """Return the cycle that the motion goes to, after a passage of ``neuron``, if it is known by now."""
@@ -217,28 +246,27 @@ class _Follower:
 
 @dataclass(frozen=True)
 class _Rest:
-    """A stable rest ``state`` (m,) of a piece, its modes seen by the gates, and the gates' distances from zero."""
+    """A stable rest ``state`` (m,) of a piece; ``holds`` tells whether a motion away from it provably stays there."""
 
     state: Array
-    inverse: ComplexArray
-    seen: Array
-    room: Array
-
-    def keeps(self, state: Array) -> bool:
-        """Return whether the motion from ``state`` (m,) provably stays in the piece, and so goes to rest."""
-        return bool((self.seen @ np.abs(self.inverse @ (state - self.state)) < self.room).all())
+    holds: Callable[[Array], bool]
 
 
 def _rest_of(flow: Flow, active: Mask) -> _Rest | None:
     a, b = flow.linear_piece(active)
-    rates, vectors = np.linalg.eig(a)
-    if rates.real.max() >= 0 or np.linalg.cond(vectors) > _BASIS:
+    try:
+        state = -np.linalg.solve(a, b)
+    except np.linalg.LinAlgError:
         return None
-    state = -np.linalg.solve(a, b)
     rows = np.vstack([np.append(state, 1.0), np.eye(len(state), len(state) + 1)])
     gates = flow.gates(rows, active)
     if ((gates[0] > 0) != active).any():
         return None
-    seen = np.asarray(np.abs(gates[1:].T @ vectors), dtype=np.float64)
-    room = np.asarray(np.abs(gates[0]) * (1 - 1e-9), dtype=np.float64)
-    return _Rest(np.asarray(state, dtype=np.float64), np.linalg.inv(vectors).astype(complex), seen, room)
+    rates, vectors = np.linalg.eig(a)
+    if rates.real.max() >= 0:
+        return None
+    room = np.abs(gates[0]) * (1 - 1e-9)
+    if np.linalg.cond(vectors) > _BASIS:
+        return _Rest(state, Ellipsoid(a, gates[1:].T, room).holds)
+    inverse, seen = np.linalg.inv(vectors), np.abs(gates[1:].T @ vectors)
+    return _Rest(state, lambda away: bool((seen @ np.abs(inverse @ away) < room).all()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -208,7 +208,7 @@ def run_loop(loop: Loop, times: ArrayLike, start: ArrayLike | None = None, *, en
     felt = without = None
     if loop.strip.linear:
         felt = loop_rhythm(loop, neurons)
-        without = loop_rhythm(replace(loop, gain=0.0), neurons) if loop.gain else felt
+        without = loop_rhythm(loop.with_gain(0.0), neurons) if loop.gain else felt
     return ReflexRun(loop, engine, neurons, samples, inner, angles, felt, without, error)
 
 
@@ -277,7 +277,7 @@ def reflex_sweep(
     rhythms: list[LoopRhythm] = []
     for k, gain in enumerate(values.tolist()):
         before = rhythms[-1] if rhythms and rhythms[-1].outcome == "cycle" else None
-        rhythms.append(loop_rhythm(replace(loop, gain=gain), neurons, before))
+        rhythms.append(loop_rhythm(loop.with_gain(gain), neurons, before))
         if progress:
             progress(k + 1, len(values))
     rows = [

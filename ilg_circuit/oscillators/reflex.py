@@ -33,6 +33,7 @@ from ..strip.ladder import LADDER_BAND
 from ..units import require_positive
 from .flow import Active, Flow, Stretch
 from .network import Network
+from .outcome import Rhythm
 from .rhythm import rhythm
 
 #: The paper's voltage [V].
@@ -95,6 +96,11 @@ class Loop:
         return len(self.network.units)
 
     @cached_property
+    def free(self) -> Rhythm:
+        """Rhythm of the neurons that feel nothing, from the paper's start."""
+        return rhythm(self.network)
+
+    @cached_property
     def netlist(self) -> Netlist:
         """The strip of a unit with the one output ``angle`` [rad]."""
         net = strip_netlist(self.strip, beam="static", band=LADDER_BAND)
@@ -137,11 +143,20 @@ class Loop:
 
     def forced(self, amplitude: float, frequency: float) -> Loop:
         """Return the loop under an input from outside, with the strip's plant as it is known."""
-        found = replace(self, forcing=Forcing(amplitude, frequency))
-        found.__dict__.update(
-            {name: self.__dict__[name] for name in ("netlist", "plant", "direct") if name in self.__dict__}
-        )
-        return found
+        return self._sharing(replace(self, forcing=Forcing(amplitude, frequency)))
+
+    def with_gain(self, gain: float) -> Loop:
+        """Return the loop with another ``gain`` [1/rad], with what is known and does not depend on it."""
+        return self._sharing(replace(self, gain=gain))
+
+    def with_reference(self, reference: float) -> Loop:
+        """Return the loop with another ``reference``, with what is known and does not depend on it."""
+        return self._sharing(replace(self, reference=reference))
+
+    def _sharing(self, other: Loop) -> Loop:
+        known = ("free", "netlist", "plant", "direct")
+        other.__dict__.update({name: self.__dict__[name] for name in known if name in self.__dict__})
+        return other
 
 
 def looped(
@@ -164,11 +179,11 @@ def looped(
         piece = strip.geometry.free_length / count
         geometry = replace(strip.geometry, length=piece, free_length=piece, load_position=None)
         strip = replace(strip, geometry=geometry, name=f"segment of {strip.name}")
-    if reference is None:
-        free = rhythm(network)
-        alone = float(np.abs(network.tonics).max()) / (1 + network.adaptation) or 1.0
-        reference = free.amplitude if free.cycle is not None else alone
-    return Loop(network, strip, gain, reference, rest_angle, voltage)
+    loop = Loop(network, strip, gain, 1.0 if reference is None else reference, rest_angle, voltage)
+    if reference is not None:
+        return loop
+    alone = float(np.abs(network.tonics).max()) / (1 + network.adaptation) or 1.0
+    return loop.with_reference(loop.free.amplitude if loop.free.cycle is not None else alone)
 
 
 class LoopFlow(Flow):
@@ -222,9 +237,9 @@ class LoopFlow(Flow):
         a = self._linear.copy()
         a[:, :n] += self._outputs * active[:n]
         slopes, levels = self._voltages(active)
-        driven = a[2 * n : 2 * n + len(slopes) * len(self._plant.b)]
-        driven[:, :n] += np.kron(slopes, self._plant.b[:, None])
-        driven[:, -1] += np.kron(levels, self._plant.b)
+        for states, slope, level in zip(self._strips, slopes, levels, strict=True):
+            a[states, :n] += self._plant.b[:, None] * slope
+            a[states, -1] += self._plant.b * level
         if self._direct:
             felt = -self.loop.gain * self._direct * self._into
             a[:n, :n] += felt @ slopes

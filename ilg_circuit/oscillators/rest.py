@@ -64,6 +64,26 @@ class RestState:
         return np.concatenate([self.x, np.maximum(self.x, 0)])
 
 
+class Ellipsoid:
+    """The motions away' P away < r around the rest of a stable piece, A'P + P A = -I: its flow never leaves them.
+
+    ``a`` (m, m) [1/s] is the piece's A; ``gates`` (k, m) times the motion away from the rest may be as large as
+    ``room`` (k,) before a neuron switches.
+    """
+
+    def __init__(self, a: Array, gates: Array, room: Array) -> None:
+        from scipy.linalg import solve_continuous_lyapunov
+
+        self._form = solve_continuous_lyapunov(a.T / np.abs(a).max(), -np.eye(len(a)))
+        widths = (gates @ np.linalg.inv(self._form) * gates).sum(axis=1)  # the largest (gate away)^2 where r is 1
+        seen = widths > 0
+        self._radius = float((room[seen] ** 2 / widths[seen]).min(initial=np.inf))
+
+    def holds(self, away: Array) -> bool:
+        """Return whether a motion that is ``away`` (m,) from the rest stays in the piece for ever."""
+        return bool(away @ self._form @ away < self._radius)
+
+
 @dataclass(frozen=True)
 class RestStates:
     """States of rest of a network; ``complete`` tells whether these are all, ``how`` in words how they were found."""

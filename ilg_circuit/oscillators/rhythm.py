@@ -27,7 +27,7 @@ from .flow import ORDER, Flow, Stretch
 from .network import Network, checked_start
 from .orbits import CONVERGED, NEAR, closed_orbit, propagated
 from .outcome import MARGINAL, Cycle, Rhythm
-from .rest import RestState, growth, rest_of_piece, rest_states, strong_components
+from .rest import Ellipsoid, RestState, growth, rest_of_piece, rest_states, strong_components
 from .symmetry import Quotient, quotient
 
 #: Steps of the flow after which a motion that neither rests nor repeats is called irregular. They last at least the
@@ -94,27 +94,23 @@ def _active(x: Array) -> list[int] | str:
 class _Piece:
     """The rest of a piece and its linear flow: z = rest + sum_k c_k vectors[:, k] exp(rates[k] t).
 
-    Without a basis of eigenvectors ``inverse`` is None and ``form`` and ``radius`` describe the ellipsoid, if any.
+    Without a basis of eigenvectors ``inverse`` is None, and ``ellipsoid`` holds what stays at a stable rest.
     """
 
     def __init__(self, a: Array, rest: RestState) -> None:
         self.rest = rest
         self.rates, self.vectors = (found.astype(complex) for found in np.linalg.eig(a))
         self.inverse: ComplexArray | None = None
-        self.form: Array | None = None
+        self.ellipsoid: Ellipsoid | None = None
         if np.linalg.cond(self.vectors) < _BASIS:
             self.inverse = np.linalg.inv(self.vectors)
         elif rest.stable:
-            from scipy.linalg import solve_continuous_lyapunov
-
-            self.form = solve_continuous_lyapunov(a.T / np.abs(a).max(), -np.eye(len(a)))
-            self.radius = float((rest.x**2 / np.diag(np.linalg.inv(self.form))[: len(rest.x)]).min())
+            self.ellipsoid = Ellipsoid(a, np.eye(len(rest.x), len(a)), np.abs(rest.x))
 
     def stays(self, away: Array, step: float) -> float:
         """Return a lower bound [s], to a factor of 2, of the stay in the piece of a motion ``away`` (2 n,)."""
         if self.inverse is None:
-            inside = self.form is not None and away @ self.form @ away < self.radius
-            return np.inf if inside else 0.0
+            return np.inf if self.ellipsoid is not None and self.ellipsoid.holds(away) else 0.0
         n = len(self.rest.x)
         sizes = np.abs(self.vectors[:n] * (self.inverse @ away))
         room = np.abs(self.rest.x) * (1 - 1e-9)
