@@ -255,7 +255,7 @@ class _Rest:
 def _rest_of(flow: Flow, active: Mask) -> _Rest | None:
     a, b = flow.linear_piece(active)
     try:
-        state = -np.linalg.solve(a, b)
+        state = np.asarray(-np.linalg.solve(a, b), dtype=np.float64)
     except np.linalg.LinAlgError:
         return None
     rows = np.vstack([np.append(state, 1.0), np.eye(len(state), len(state) + 1)])
