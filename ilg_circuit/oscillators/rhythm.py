@@ -185,11 +185,11 @@ class _Follower:
         decayed = np.abs(state).max() <= _STOPPED * np.abs(self.start).max()
         if decayed and not self.network.tonics.any():  # the initial activity of a network without input
             return self._ended("rest", Finding("cpg-died-out"), stretch.begin, still, rest=np.zeros(len(state)))
-        if piece is None:
-            return None
-        rest = piece.rest
         moving = float(np.abs(self.flow.rate(state)).max() * self.network.rise_time)
-        stopped = moving <= _STOPPED * float(np.abs(rest.state).max())
+        stopped = moving <= _STOPPED * float(np.abs(state).max())
+        if piece is None:  # no rest, or a line of them, on which the motion may stand still
+            return self._ended("undecided", Finding("cpg-edge"), stretch.begin, still) if stopped else None
+        rest = piece.rest
         ended = np.isinf(stays) if rest.stable else rest.growth <= 0 and stopped
         if ended:
             values = {"active": _active(rest.x), "decay": -rest.growth}

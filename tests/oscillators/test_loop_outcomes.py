@@ -14,6 +14,7 @@ from ilg_circuit.oscillators.loop_rhythm import _Follower, loop_rhythm
 from ilg_circuit.oscillators.network import Network, chain, default_start, ring, unit
 from ilg_circuit.oscillators.reflex import LoopFlow, looped
 from ilg_circuit.oscillators.rest import Ellipsoid
+from ilg_circuit.oscillators.rhythm import rhythm
 from ilg_circuit.strip.actuator import PAPER
 
 
@@ -59,6 +60,16 @@ def test_without_feedback_a_rest_is_the_one_that_the_motion_reaches() -> None:
     assert found.outcome == followed.outcome == "rest"
     assert found.state == pytest.approx(followed.state, abs=1e-12)
     assert found.rest_angles == pytest.approx(followed.rest_angles, rel=1e-9)
+
+
+@pytest.mark.parametrize(("count", "inhibition"), [(2, 1.0), (3, 1.0), (5, 1.0)])
+def test_a_motion_that_stands_still_on_a_line_of_rests_is_said_to_be_on_the_edge(count: int, inhibition: float) -> None:
+    """Without adaptation and with a = 1 two neurons rest wherever y_1 + y_2 = e; followed, it took 100,000 steps."""
+    found = rhythm(ring(count, inhibition, adaptation=0.0) if count > 2 else unit(inhibition, adaptation=0.0))
+    assert found.outcome == "undecided"
+    assert found.cause.code == "cpg-edge"
+    assert found.settled < 10
+    assert found.swing.tolist() == [0.0]
 
 
 @pytest.mark.parametrize("seed", range(5))
