@@ -126,7 +126,7 @@ def _unfelt(flow: LoopFlow, start: Array, now: Array) -> LoopRhythm | None:
     """
     loop, strips = flow.loop, slice(len(now), None)
     free = loop.free if (now == default_start(loop.network)).all() else rhythm(loop.network, now)
-    settled = free.settled - np.log(NEAR) / -np.linalg.eigvals(loop.plant.a).real.max()
+    settled = free.settled + np.log(NEAR) / np.linalg.eigvals(loop.plant.a).real.max()
     if free.rest is not None and not free.findings:
         state = flow.start(free.rest)
         a, b = flow.linear_piece(flow.values(np.append(state, 1.0)) > 0)
@@ -267,6 +267,7 @@ def _rest_of(flow: Flow, active: Mask) -> _Rest | None:
         return None
     room = np.abs(gates[0]) * (1 - 1e-9)
     if np.linalg.cond(vectors) > _BASIS:
-        return _Rest(state, Ellipsoid(a, gates[1:].T, room).holds)
+        ellipsoid = Ellipsoid(a, gates[1:].T, room)
+        return _Rest(state, ellipsoid.holds) if ellipsoid.proven else None
     inverse, seen = np.linalg.inv(vectors), np.abs(gates[1:].T @ vectors)
     return _Rest(state, lambda away: bool((seen @ np.abs(inverse @ away) < room).all()))

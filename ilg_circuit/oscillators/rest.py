@@ -32,6 +32,8 @@ _SEARCHES = 200
 #: Relative to the input: nearer to the threshold a neuron rests on it; relative to 1/Tr + 1/Ta: no growth at all.
 _EDGE = 1e-12
 _MARGINAL = 1e-12
+#: The computed A'P + P A, which is to be -1, must be negative by this at least.
+_PROVEN = 0.5
 #: From this condition number on a set of equations is taken to have no single solution.
 _SINGULAR = 1e13
 
@@ -68,20 +70,25 @@ class Ellipsoid:
     """The motions away' P away < r around the rest of a stable piece, A'P + P A = -I: its flow never leaves them.
 
     ``a`` (m, m) [1/s] is the piece's A; ``gates`` (k, m) times the motion away from the rest may be as large as
-    ``room`` (k,) before a neuron switches.
+    ``room`` (k,) before a neuron switches. Eigenvalues of a matrix whose modes are no basis are inexact: ``proven`` is
+    True where P > 0 and A'P + P A < 0 are so as computed, and without that nothing is held.
     """
 
     def __init__(self, a: Array, gates: Array, room: Array) -> None:
         from scipy.linalg import solve_continuous_lyapunov
 
-        self._form = solve_continuous_lyapunov(a.T / np.abs(a).max(), -np.eye(len(a)))
-        widths = (gates @ np.linalg.inv(self._form) * gates).sum(axis=1)  # the largest (gate away)^2 where r is 1
+        scaled = a / np.abs(a).max()
+        form = solve_continuous_lyapunov(scaled.T, -np.eye(len(a)))
+        self._form = (form + form.T) / 2
+        rate = scaled.T @ self._form + self._form @ scaled
+        self.proven = bool(np.linalg.eigvalsh(self._form)[0] > 0 and np.linalg.eigvalsh(rate)[-1] < -_PROVEN)
+        widths = (gates @ np.linalg.pinv(self._form) * gates).sum(axis=1)  # the largest (gate away)^2 where r is 1
         seen = widths > 0
         self._radius = float((room[seen] ** 2 / widths[seen]).min(initial=np.inf))
 
     def holds(self, away: Array) -> bool:
         """Return whether a motion that is ``away`` (m,) from the rest stays in the piece for ever."""
-        return bool(away @ self._form @ away < self._radius)
+        return self.proven and bool(away @ self._form @ away < self._radius)
 
 
 @dataclass(frozen=True)

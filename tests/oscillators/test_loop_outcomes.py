@@ -86,6 +86,15 @@ def test_no_motion_leaves_an_ellipsoid(seed: int) -> None:
         assert (np.abs(gates @ np.stack([later @ away for later in flows], axis=1)) < room[:, None]).all()
 
 
+@pytest.mark.parametrize(("rate", "proven"), [(-1.0, True), (-0.2, True), (1e-3, False)])
+def test_an_ellipsoid_is_proven_where_all_modes_decay(rate: float, proven: bool) -> None:
+    """One rate in a chain of eight modes, which are no basis."""
+    a = rate * np.eye(8) + np.eye(8, k=1)
+    kept = Ellipsoid(a, np.eye(8), np.ones(8))
+    assert kept.proven is proven
+    assert kept.holds(np.full(8, 1e-12)) is proven
+
+
 @pytest.mark.parametrize("length", [1.0, 0.37, 1e-9])
 def test_the_exponential_of_many_states(length: float) -> None:
     flow = Flow(chain(15))
