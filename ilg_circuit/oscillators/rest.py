@@ -75,19 +75,24 @@ class Ellipsoid:
     """
 
     def __init__(self, a: Array, gates: Array, room: Array) -> None:
-        from scipy.linalg import solve_continuous_lyapunov
+        from scipy.linalg import matrix_balance, solve_continuous_lyapunov
 
-        scaled = a / np.abs(a).max()
+        # in states of like size: inhibition of 1e8 would leave P without digits
+        scaled, (self._sizes, _) = matrix_balance(a / np.abs(a).max(), permute=False, separate=True)
         form = solve_continuous_lyapunov(scaled.T, -np.eye(len(a)))
         self._form = (form + form.T) / 2
         rate = scaled.T @ self._form + self._form @ scaled
         self.proven = bool(np.linalg.eigvalsh(self._form)[0] > 0 and np.linalg.eigvalsh(rate)[-1] < -_PROVEN)
-        widths = (gates @ np.linalg.pinv(self._form) * gates).sum(axis=1)  # the largest (gate away)^2 where r is 1
+        self._radius = self._largest(gates * self._sizes, room) if self.proven else 0.0
+
+    def _largest(self, gates: Array, room: Array) -> float:
+        widths = (gates @ np.linalg.inv(self._form) * gates).sum(axis=1)  # the largest (gate away)^2 where r is 1
         seen = widths > 0
-        self._radius = float((room[seen] ** 2 / widths[seen]).min(initial=np.inf))
+        return float((room[seen] ** 2 / widths[seen]).min(initial=np.inf))
 
     def holds(self, away: Array) -> bool:
         """Return whether a motion that is ``away`` (m,) from the rest stays in the piece for ever."""
+        away = away / self._sizes
         return self.proven and bool(away @ self._form @ away < self._radius)
 
 
