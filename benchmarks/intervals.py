@@ -123,13 +123,17 @@ class Coverage:
         """The part at the place of the onset where it is least."""
         return min((self.hits[name][place] / count for place, count in self.counts.items()), default=0.0)
 
+    def moved(self, name: str, group: Group) -> bool:
+        """Whether the onset moves a quantity, so that it is judged at each place."""
+        return name in self.widths or name.startswith(group.moved or ("\0",))
+
     def astray(self, group: Group) -> list[str]:
         """The quantities that are not covered as they should be, or whose intervals are too wide."""
         low, high = group.bounds
         chance = _CHANCE * float(np.sqrt(0.95 * 0.05 / max(self.count, 1)))
         found = []
         for name in self.truth:
-            if name in self.widths or name.startswith(group.moved or ("\0",)):
+            if self.moved(name, group):
                 few = min(self.counts.values(), default=1)
                 least = min(LEAST_MOVED, 0.95 - _CHANCE * float(np.sqrt(0.95 * 0.05 / few)))
                 wrong = self.least(name) < least or self.widths.get(name, 0.0) > WIDEST
@@ -167,11 +171,12 @@ def counted(kind: str, first: int, count: int) -> Counts:
     return {name: part for name, part in found.items() if name != "truth"}
 
 
-def _quantity(name: str, found: Coverage) -> str:
-    if name not in found.widths:
-        return f"{name} {100 * found.part(name):.1f}"
-    least, width = 100 * found.least(name), found.widths[name]
-    return f"{name} {100 * found.part(name):.1f} (at one place {least:.1f} or more; width {width:.2f} or less)"
+def _quantity(name: str, found: Coverage, group: Group) -> str:
+    told = f"{name} {100 * found.part(name):.1f}"
+    if not found.moved(name, group):
+        return told
+    width = f"; width {found.widths[name]:.2f} or less" if name in found.widths else ""
+    return f"{told} (at one place {100 * found.least(name):.1f} or more{width})"
 
 
 def main() -> list[Figure]:
@@ -191,7 +196,7 @@ def main() -> list[Figure]:
 def _told(group: str, model: str, found: Coverage) -> Figure:
     """Print and write one row, and return it as a figure."""
     mean = 100 * float(np.mean([found.part(name) for name in found.truth]))
-    quantities = ", ".join(_quantity(name, found) for name in found.truth)
+    quantities = ", ".join(_quantity(name, found, GROUPS[group]) for name in found.truth)
     wrong = found.astray(GROUPS[group])
     row = f"| {group} | {model} | {found.count} | {len(found.failed)} | {mean:.1f} | {quantities} |"
     print(row, *found.failed[:3], f"OUTSIDE: {', '.join(wrong)}" if wrong else "", sep="\n", flush=True)

@@ -86,6 +86,7 @@ class Ellipsoid:
         self._radius = self._largest(gates * self._sizes, room) if self.proven else 0.0
 
     def _largest(self, gates: Array, room: Array) -> float:
+        """Return the largest r within which no gate (k, m) reaches its room (k,), in the scaled states."""
         widths = (gates @ np.linalg.inv(self._form) * gates).sum(axis=1)  # the largest (gate away)^2 where r is 1
         seen = widths > 0
         return float((room[seen] ** 2 / widths[seen]).min(initial=np.inf))
