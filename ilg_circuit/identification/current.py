@@ -31,8 +31,9 @@ from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .jump_start import places_by_relaxation
 from .jumps import at_distances, placed, too_many, unknown
-from .modal import Ports, differences, modal_current_slopes, modal_currents, perturbed, with_slopes
+from .modal import Ports, differences, perturbed, with_slopes
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
+from .port_response import closed, current_slopes, currents_of
 from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
 
@@ -201,8 +202,8 @@ class CurrentData:
         return lambda values: [model.port(v, ladders) for v in values]
 
     def observation(self, model: PortModel, sigma: float | Array = 1.0, *, of_record: bool = False) -> Observation:
-        closed = model.kind.linear and not (of_record and self.engine != "exact")
-        predict = self.modal(model, self.since) if closed else self._by_engine(model)
+        cheap = self.closed(model) and not (of_record and self.engine != "exact")
+        predict = self.without_engine(model, self.since) if cheap else self._by_engine(model)
         return observed(self, model.names, predict, self.nuisance, sigma)
 
     @cached_property
@@ -223,31 +224,35 @@ class CurrentData:
         """Return the predictions (ports, samples) at ``t`` [s] by the engine."""
         return currents(ports, self.drive, t, self.engine, self.accuracy)
 
-    def _modal(self, ports: Sequence[Port], t: Array) -> Array:
-        """Return the predictions (ports, samples) of linear ``ports`` at ``t`` >= 0 [s]."""
-        return modal_currents(ports, self.drive, t)
+    def closed(self, model: PortModel) -> bool:
+        """Return True if a model is predicted without an engine."""
+        return closed(model)
 
-    def _modal_slopes(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array] | None:
-        """Return the prediction at ``t`` >= 0 [s] and its derivatives, see `modal.modal_current_slopes`."""
-        return modal_current_slopes(ports, self.drive, t)
+    def _answers(self, ports: Sequence[Port], t: Array) -> Array:
+        """Return the predictions (ports, samples) of ``ports`` at ``t`` >= 0 [s] without an engine."""
+        return currents_of(ports, self.drive, t)
+
+    def _slopes(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array] | None:
+        """Return the prediction at ``t`` >= 0 [s] and its derivatives, see `port_response.current_slopes`."""
+        return current_slopes(ports, self.drive, t)
 
     def _still(self, ports: Sequence[Port]) -> Array:
         """Return what ``ports`` do at rest (ports,)."""
         return _at_rest(ports, self.drive.rest)
 
-    def modal(self, model: PortModel, t: Array) -> Predict:
-        """Return the prediction of a linear model at ``t`` [s] since the onset as a sum of modes."""
+    def without_engine(self, model: PortModel, t: Array) -> Predict:
+        """Return the prediction of a model at ``t`` [s] since the onset, see `port_response`."""
         after, ports = t >= 0, self.ports(model)
 
         def predict(values: Array) -> Array:
             made = ports(values)
             waveforms = np.repeat(self._still(made)[:, None], len(t), axis=1)
-            waveforms[:, after] = self._modal(made, t[after])
+            waveforms[:, after] = self._answers(made, t[after])
             return waveforms
 
         def slopes(values: Array) -> tuple[Array, Array] | None:
             made = ports(perturbed(values))
-            found = self._modal_slopes(made, np.maximum(t, 0.0))
+            found = self._slopes(made, np.maximum(t, 0.0))
             if found is None:
                 return None
             rest = self._still(made)
@@ -345,12 +350,12 @@ class CurrentData:
         start = self._start(kind, held)
         model = PortModel(kind, held, tuple(start.tolist()))
         problem = port_problem((self,), model, (1.0,))
-        if not kind.linear:
+        if not self.closed(model):
             cheap = port_problem((replace(self, accuracy=_ROUGH_ACCURACY),), model, (1.0,))
             found = fit_from_several(problem, replace(cheap, rough=True), start, progress)
             return IndividualFit(self, model, found)
         # multi-start with few samples, then the fit of all
-        values, starts, check = search_starts(problem, lambda at: self.modal(model, at), self.since, start)
+        values, starts, check = search_starts(problem, lambda at: self.without_engine(model, at), self.since, start)
         model = PortModel(kind, held, tuple(values.tolist()))
         problem = port_problem((self,), model, (1.0,))
         found = fit_near(problem, values, progress)

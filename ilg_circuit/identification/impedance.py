@@ -162,6 +162,9 @@ class ImpedanceData:
         worst = int(np.argmax(rms))
         return float(edges[worst]), float(edges[worst + 1]), rms[worst]
 
+    def closed(self, model: PortModel) -> bool:
+        return True
+
     def observation(self, model: PortModel, sigma: float | Array = 1.0, *, of_record: bool = False) -> Observation:
         s, kind = self.s, model.kind
 

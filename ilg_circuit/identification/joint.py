@@ -64,10 +64,11 @@ def joined(
         found = _fit_all(port, coupling, data, motion, per_record, progress)
     else:
         found = _composed(port, coupling)
-    linear = port.kind.linear if port is not None else motion is not None and motion.linear
-    found, data, onsets = settled(found, data, observe, costly=not linear, progress=progress)
+    cheap = all(d.closed(port.model) for d in ports) if port is not None else motion is not None and motion.linear
+    costly = not cheap or (together and motion is not None and not motion.linear)
+    found, data, onsets = settled(found, data, observe, costly=costly, progress=progress)
     judgement = None
-    if any(d.engine == "ngspice" for d in data) and linear:
+    if any(d.engine == "ngspice" for d in data) and cheap:
         few = [d.trial() if isinstance(d, PortData) else d for d in data]
         pairs = zip(few, found.problem.observations, strict=True)
         record = replace(found.problem, observations=tuple(observe(d, o.sigma, of_record=True) for d, o in pairs))

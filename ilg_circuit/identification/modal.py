@@ -98,9 +98,9 @@ def perturbed(values: Array) -> Array:
 
 
 def differences(found: Array) -> Array:
-    """Return derivatives (p,) from numbers (2 p + 1,) of `perturbed` values."""
+    """Return derivatives (..., p) from numbers (2 p + 1, ...) of `perturbed` values."""
     count = len(found) // 2
-    return np.asarray((found[1 : count + 1] - found[count + 1 :]) / (2 * STEP))
+    return np.asarray((found[1 : count + 1] - found[count + 1 :]).T / (2 * STEP))
 
 
 def with_slopes(predict: Predict, slopes: Callable[[Array], tuple[Array, Array] | None]) -> WithSlopes:

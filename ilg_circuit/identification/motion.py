@@ -135,7 +135,8 @@ class Motion:
     def _simplest(self) -> Actuator:
         """The strip without the parts of its circuit that do not affect the displacement."""
         full = lumped_port(self.actuator)
-        if self.beam != "static" or full.electrode_resistance or self.law.follows_charge:
+        apart = self.beam == "static" or not full.linear
+        if not apart or full.electrode_resistance or self.law.follows_charge:
             return self.actuator
         port = Port(full.dc_resistance, ((full.dynamic_resistance, full.capacitance),))
         return Actuator.from_port(self.actuator.geometry, port, base=self.actuator.material)

@@ -145,6 +145,9 @@ class PortData(Measured, Protocol):
     @property
     def notes(self) -> tuple[Finding, ...]: ...
 
+    def closed(self, model: PortModel) -> bool:
+        """Return True if ``model`` is predicted without an engine."""
+
     def observation(self, model: PortModel, sigma: float | Array = 1.0, *, of_record: bool = False) -> Observation:
         """Return the observation with the prediction of ``model``, by a closed form.
 

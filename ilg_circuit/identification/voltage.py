@@ -18,7 +18,8 @@ from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
 from .current import CurrentData
-from .modal import modal_voltage_slopes, modal_voltages
+from .port_model import PortModel
+from .port_response import closed, voltage_slopes, voltages_of
 from .start import model_start
 
 
@@ -58,20 +59,23 @@ class VoltageData(CurrentData):
         """No voltage is constant under a current."""
         return None
 
-    def _modal(self, ports: Sequence[Port], t: Array) -> Array:
-        return modal_voltages(ports, self.drive, t)
+    def closed(self, model: PortModel) -> bool:
+        return closed(model, by_current=True)
 
-    def _modal_slopes(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array] | None:
-        return modal_voltage_slopes(ports, self.drive, t)
+    def _answers(self, ports: Sequence[Port], t: Array) -> Array:
+        return voltages_of(ports, self.drive, t)
+
+    def _slopes(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array] | None:
+        return voltage_slopes(ports, self.drive, t)
 
     def _still(self, ports: Sequence[Port]) -> Array:
+        if not ports[0].linear:
+            return np.zeros(len(ports))
         return np.array([self.drive.rest * port.steady_resistance for port in ports])
 
     def _solved(self, ports: Sequence[Port], t: Array) -> Array:
         after = t >= 0
-        result = np.zeros((len(ports), len(t)))
-        if ports[0].linear:
-            result += np.array([self.drive.rest * port.steady_resistance for port in ports])[:, None]
+        result = np.repeat(self._still(ports)[:, None], len(t), axis=1)
         netlists = [port_netlist(port, by_current=True) for port in ports]
         accuracy = DEFAULT_ACCURACY if ports[0].linear else self.accuracy
         found = transient(

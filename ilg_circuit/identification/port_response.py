@@ -1,0 +1,92 @@
+"""Predicts what ports answer without an engine, and the derivatives by their parameters, for the predictions of a fit.
+
+Linear ports are sums of modes (see `modal`); nonlinear R-C branches are solved by collocation. A nonlinear path of the
+electrons straight across the voltage takes a current of its own, whatever the ions do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..drive import PiecewiseLinear
+from ..solve.collocation import answer_slopes, answers
+from ..strip.port import Port
+from .modal import (
+    STEP,
+    differences,
+    modal_current_slopes,
+    modal_currents,
+    modal_voltage_slopes,
+    modal_voltages,
+)
+from .port_model import PortModel
+
+
+def closed(model: PortModel, *, by_current: bool = False) -> bool:
+    """Return True if ports of a model are answered without an engine."""
+    kind = model.kind
+    return kind.linear or kind.ions.grows or (not by_current and model.held == 0)
+
+
+def currents_of(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
+    """Return the currents [A] (ports, samples) into ``ports`` of one model at ``t`` >= 0 [s].
+
+    A row is not finite where the port cannot be solved.
+    """
+    first = ports[0]
+    if first.linear:
+        return modal_currents(ports, drive, t)
+    if _electrons_apart(first):
+        return modal_currents([_ohmic(port) for port in ports], drive, t) + _beyond_ohm(ports, drive.value(t))
+    return answers(ports, drive, t)
+
+
+def current_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> tuple[Array, Array] | None:
+    """Return the current [A] (samples,) of a port and its derivatives (samples, p) by logarithms of its parameters.
+
+    ``ports`` are those of `perturbed` values. None where modes cancel; raises SolveError where it cannot be solved.
+    """
+    first = ports[0]
+    if first.linear:
+        return modal_current_slopes(ports, drive, t)
+    if not _electrons_apart(first):
+        return answer_slopes(ports, drive, t, STEP)
+    found = modal_current_slopes([_ohmic(port) for port in ports], drive, t)
+    if found is None:
+        return None
+    more = _beyond_ohm(ports, drive.value(t))
+    return found[0] + more[0], found[1] + differences(more)
+
+
+def voltages_of(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
+    """Return the voltages [V] (ports, samples) of ``ports`` under a current, as `currents_of`."""
+    return (modal_voltages if ports[0].linear else _answered)(ports, drive, t)
+
+
+def voltage_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> tuple[Array, Array] | None:
+    """Return the voltage [V] of a port under a current and its derivatives, as `current_slopes`."""
+    if ports[0].linear:
+        return modal_voltage_slopes(ports, drive, t)
+    return answer_slopes(ports, drive, t, STEP, by_current=True)
+
+
+def _answered(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
+    return answers(ports, drive, t, by_current=True)
+
+
+def _electrons_apart(port: Port) -> bool:
+    """Return True if only the electron path is nonlinear, and lies straight across the voltage."""
+    return port.charge_law is None and not port.electrode_resistance
+
+
+def _ohmic(port: Port) -> Port:
+    return replace(port, emission_voltage=None)
+
+
+def _beyond_ohm(ports: Sequence[Port], voltage: Array) -> Array:
+    """Return what the electron paths take beyond an ohmic one [A] (ports, samples) under ``voltage`` (samples,)."""
+    return np.array([port.electron_current(voltage) - voltage / port.dc_resistance for port in ports])
