@@ -99,6 +99,12 @@ def solve(network: Network, duration: float, points: int, start: ArrayLike | Non
     x, not y: it is smooth enough to interpolate, and max(0, x) then has its corners where they are. Raises SolveError
     when ngspice fails.
     """
+    grid, states = _states(network, duration, points, start)
+    return grid, states[: network.size]
+
+
+def _states(network: Network, duration: float, points: int, start: ArrayLike | None) -> tuple[Array, Array]:
+    """Return the grid and all states, x and v (2 n, points + 1), as `solve`."""
     from ..solve.ngspice import session
 
     require_positive("duration", duration, "s")
@@ -109,10 +115,10 @@ def solve(network: Network, duration: float, points: int, start: ArrayLike | Non
         )
     state = checked_start(network, start)
     grid = np.linspace(0, float(duration), points + 1)
-    vectors = [f"x{k + 1}" for k in range(network.size)]
+    vectors = [f"{kind}{k + 1}" for kind in "xv" for k in range(network.size)]
     with session().loaded(netlist_text(network, state) + TOLERANCES, float(duration), vectors) as run:
-        inner = run(grid, np.zeros(points + 1))
-    return grid, np.hstack([state[: network.size, None], inner])
+        later = run(grid, np.zeros(points + 1))
+    return grid, np.hstack([state[:, None], later])
 
 
 def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> tuple[float, float, float]:
@@ -123,22 +129,25 @@ def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> tuple[float, float, 
     The run goes on until the cycle's multiplier has left 1e-8 of the start, and four periods more; where that takes
     more than a hundred periods, it starts on the cycle and takes a hundred at most. The trapezoidal error goes with
     the square of the step, but a switch falls anywhere in a step, so nothing is extrapolated. The run is repeated on
-    three grids, each finer by about the root of two. The finest is returned; its error is twice the largest difference
-    from it. Finer grids follow until that meets ``accuracy``; SolveError when it does not.
+    three grids, each finer by about the root of two; it goes on where the one before has come to its own cycle, until
+    a thousandth of what the two cycles differ by is left. The finest is returned; its error is twice the largest
+    difference from it. Finer grids follow until that meets ``accuracy``; SolveError when it does not.
     """
     cycle = rhythm.cycle
     if cycle is None:
         raise InputError("there is no cycle to measure; only a network that repeats itself has a period")
     network = rhythm.network
-    wait = 4 + np.log(1e-8) / np.log(np.clip(cycle.multiplier, 1e-8, 1 - 1e-6))
+    slowest = np.log(np.clip(cycle.multiplier, 1e-8, 1 - 1e-6))
+    wait, again = 4 + np.log(1e-8) / slowest, 4 + np.log(1e-3) / slowest
     start, end = rhythm.start, float(rhythm.settled + wait * cycle.period)
     if end > _MOST_PERIODS * cycle.period:
         start, end = cycle.state, float(min(wait, _MOST_PERIODS) * cycle.period)
     step = min(network.rise_time, network.adaptation_time, cycle.period / 4) / _STEPS_PER_CONSTANT
     found: list[Array] = []
     for k in range(_MOST_GRIDS):
-        time, inner = solve(network, end, int(np.ceil(end / step * 2 ** (k / 2))), start)
-        found.append(_read_off(time, inner, network, cycle.period))
+        time, states = _states(network, end, int(np.ceil(end / step * 2 ** (k / 2))), start)
+        found.append(_read_off(time, states[: network.size], network, cycle.period))
+        start, end = states[:, -1], float(min(end, again * cycle.period))
         if k >= 2:
             period, amplitude, size = found[-1]
             scale = np.array([period, amplitude if amplitude > 1e-6 * size else size])

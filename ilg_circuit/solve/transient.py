@@ -53,6 +53,9 @@ _HALVED = 8.0
 _FELT = 1e-9
 #: Length of a run, in time constants of the fastest mode, above which it is stiff.
 _STIFF = 3e3
+#: Power of the step with which the errors of a stiff run fall at least. Factor by which a grid is finer than this or
+#: the extrapolation's order demands, and its bounds.
+_ORDER_STIFF, _FINER, _FINER_BOUNDS = 4, 1.2, (1.5, 6.0)
 #: Factor by which the stated error exceeds the estimate.
 _CAREFUL = 1.5
 #: Factors by which the jumps of a drive take longer, one after the other, where ngspice stops in them.
@@ -245,6 +248,7 @@ class _Batch:
         grid: Grid | None = None
         coarser: Array | None = None
         fastest = float(np.abs(poles).max(initial=0.0))
+        stiff = fastest * samples[-1] > _STIFF
         best, least = (np.empty(0), np.empty(0), np.inf), np.inf
         bends = np.empty(0)
         for _ in range(_MOST_REFINEMENTS if self._linear else _MOST_REFINEMENTS_NONLINEAR):
@@ -252,7 +256,7 @@ class _Batch:
                 fineness = between_nodes if interpolate else theta
                 grid = design_grid(poles, self._drive, samples, fineness, interpolate=interpolate, **jumps)
             solved_on = grid.bent(bends)
-            at_nodes, errors, allowed = self._extrapolated(solved_on, stiff=fastest * samples[-1] > _STIFF)
+            at_nodes, errors, allowed = self._extrapolated(solved_on, stiff=stiff)
             values, doubt = at_samples(solved_on, at_nodes, self._drive, self._direct)
             doubt = np.where(self._judged, doubt, 0.0)
             errors = np.maximum(errors, doubt) + self._jump_errors(solved_on, fastest, at_nodes)
@@ -280,7 +284,9 @@ class _Batch:
                 interpolate = closer * len(grid.nodes) < len(samples) / 2
                 grid = None
             elif self._linear:
-                theta, between_nodes, grid = theta / 2, between_nodes / 2, None
+                wanted = _FINER * (worst / accuracy) ** (1 / (_ORDER_STIFF if stiff else 2 * _MOST_RUNS))
+                finer = float(np.clip(wanted, *_FINER_BOUNDS))
+                theta, between_nodes, grid = theta / finer, between_nodes / finer, None
             else:
                 grid = grid.halved()
         values, errors, worst = best
