@@ -1,36 +1,50 @@
 """Solves a nonlinear port's equations by collocation at all times at once, with derivatives by its parameters.
 
-Between neighbouring nodes the states are cubics that fulfil the equations at both nodes and halfway (Lobatto IIIA,
-order 4; Hairer and Wanner 1996, section IV.5). Newton's method solves all of them together: each of its steps is one
-banded system, and the last one also gives the derivatives. Steps are split where a cubic misses the equations between
-its nodes (Kierzenka and Shampine 2001). This is much faster than an engine that goes from step to step, and as
-approximate: an engine judges what a fit makes of it.
+In every step the states are cubics that fulfil the equations at three points, the last of which is the step's end
+(Radau IIA, order 5; Hairer and Wanner 1996, section IV.5): where states decay the equations have one solution, however
+fast they do. Newton's method solves all steps together: each of its own is one banded system, and the last one gives
+the derivatives too. A step is split where its cubic misses the equations at its beginning. This is much faster than an
+engine that goes from step to step, and approximates as it does: an engine judges what a fit makes of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
 from ..strip.port import Port
 
-#: Error of a step, relative to the largest state, up to which it is not split.
-_ACCURACY = 1e-6
+#: What a cubic may miss over a step, relative to the largest state.
+_ACCURACY = 2e-6
 #: Change of the states, relative to the largest, at which Newton's method has converged; most of its steps.
-_CONVERGED, _MOST_STEPS = 1e-9, 60
-#: Rounds of splitting; largest number of parts of a step in each; largest number of nodes.
-_ROUNDS, _MOST_PARTS, _MOST_NODES = 8, 8, 200_000
+_CONVERGED, _MOST_STEPS = 1e-9, 20
+#: Rounds of splitting; largest number of parts of a step in each; largest number of steps.
+_ROUNDS, _MOST_PARTS, _MOST_NODES = 8, 8, 50_000
+#: Steps in the first window of time where Newton's method does not converge for all of them; largest number of windows.
+_WINDOW, _MOST_WINDOWS = 32, 300
+_UNSOLVED = "the port's equations take more steps than are sensible: its values are out of all proportion"
 #: Steps after a jump of the drive, in the shortest time constant, before any are split.
-_FIRST = np.concatenate([[0.0], 0.1 * 1.6 ** np.arange(9)])
-#: Points between two nodes at which cubics are checked, in steps: those of a quadrature by Lobatto.
-_CHECKED = (0.5 - np.sqrt(21) / 14, 0.5 + np.sqrt(21) / 14)
+_FIRST = np.concatenate([[0.0], 0.2 * 2.0 ** np.arange(6)])
+#: Radau IIA: the points of a step, and the weights of their rates for each of them.
+_ROOT = np.sqrt(6.0)
+_POINTS = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
+_WEIGHTS = np.array(
+    [
+        [(88 - 7 * _ROOT) / 360, (296 - 169 * _ROOT) / 1800, (-2 + 3 * _ROOT) / 225],
+        [(296 + 169 * _ROOT) / 1800, (88 + 7 * _ROOT) / 360, (-2 - 3 * _ROOT) / 225],
+        [(16 - _ROOT) / 36, (16 + _ROOT) / 36, 1 / 9],
+    ]
+)
+#: Weights of a step's points for the slope of the cubic through them at its beginning, in steps.
+_SLOPES = np.linalg.inv(_POINTS[:, None] ** np.arange(1, 4))[0]
 #: Iterations of Newton's method for the voltage across a sinh path, which converges from one side.
 _MOST_INNER = 60
 
@@ -39,18 +53,23 @@ _MOST_INNER = 60
 class _Equations:
     """The equations of a port: states x (points, m) are its charges over their capacitances [V].
 
-    With w the voltages of the charges and v the voltage across the ion path, x' = matrix w + driven v, and the current
-    of the ions is currents w + conductance v. By ``by_current`` the source is a current and the answer a voltage.
+    With w the voltages of the charges and v the voltage across the ion path, x' = (v - w)/(R C), and the ions' current
+    is the sum of (v - w)/R. By ``by_current`` the source is a current and the answer a voltage.
     """
 
     port: Port
     by_current: bool = False
 
     @cached_property
-    def linear(self) -> tuple[Array, Array, Array, float]:
-        """``matrix`` (m, m) [1/s], ``driven`` (m,) [1/s], ``currents`` (m,) [S] and ``conductance`` [S]."""
+    def own(self) -> Array:
+        """The rates 1/(R C) (m,) [1/s] of the branches near 0 V, behind no other resistance."""
         r, c = np.array(self.port.branches).T
-        return np.diag(-1 / (r * c)), 1 / (r * c), -1 / r, float((1 / r).sum())
+        return np.asarray(1 / (r * c))
+
+    @cached_property
+    def conductances(self) -> Array:
+        """The conductances 1/R (m,) [S] of the branches."""
+        return np.array([1 / r for r, _ in self.port.branches])
 
     @cached_property
     def leads(self) -> float:
@@ -64,19 +83,12 @@ class _Equations:
         law, inner = self.port.charge_law, 0.0 if self.by_current else self.port.inner_voltage(level)
         return np.full(len(self.port.branches), inner if law is None else float(law.charge(inner)))
 
-    def bounds(self, most: float) -> float:
-        """Return the largest size of a state [V] under voltages up to ``most`` [V]."""
+    def bound(self, most: float) -> float:
+        """Return the largest size of a state [V] under voltages up to ``most`` [V]; by current there is none."""
         law = self.port.charge_law
-        if law is None:
+        if law is None or self.by_current:
             return np.inf
         return float(law.charge(min(most, law.largest * (1 - 1e-9)))) * (1 + 1e-12)
-
-    def fastest(self, most: float) -> float:
-        """Return the fastest rate [1/s] near 0 V or under ``most`` [V]."""
-        matrix, driven, currents, conductance = self.linear
-        if not np.isinf(self.leads):
-            matrix = matrix - np.outer(driven, currents) / (conductance + self.leads + 1 / self.port.dc_resistance)
-        return float(np.abs(np.linalg.eigvals(matrix)).max())
 
     def voltages(self, x: Array) -> tuple[Array, Array]:
         """Return the voltages w [V] of states and their derivatives, of any shape."""
@@ -109,34 +121,37 @@ class _Equations:
         """Return the voltage v (points,) across the ion path, and its derivatives (points, m) by w."""
         if np.isinf(self.leads):
             return source, np.zeros_like(w)
-        _, _, currents, conductance = self.linear
-        v, slope = self._across(source * (self.leads or 1.0) - w @ currents, conductance)
-        return v, -currents / slope[:, None]
+        g = self.conductances
+        v, slope = self._across(source * (self.leads or 1.0) + w @ g, float(g.sum()))
+        return v, g / slope[:, None]
 
     def rates(self, source: Array, x: Array) -> tuple[Array, Array]:
-        """Return x' (points, m) [V/s] and its derivatives (points, m, m) [1/s] by x."""
-        matrix, driven, _, _ = self.linear
+        """Return x' (points, m) [V/s] and its derivatives (points, m, m) [1/s] by x.
+
+        Of branches straight across the source each state's derivative by itself alone (points, m).
+        """
         w, bent = self.voltages(x)
         v, moved = self.inner(source, w)
-        slopes = (matrix + driven[:, None] * moved[:, None, :]) * bent[:, None, :]
-        return w @ matrix.T + v[:, None] * driven, slopes
+        rates = (v[:, None] - w) * self.own
+        if np.isinf(self.leads):
+            return rates, -self.own * bent
+        slopes = self.own[:, None] * (moved[:, None, :] - np.eye(len(self.own))) * bent[:, None, :]
+        return rates, slopes
 
     def answer(self, source: Array, x: Array) -> tuple[Array, Array]:
         """Return the current [A] (points,), or by current the voltage [V], and its derivatives (points, m) by x."""
-        _, _, currents, conductance = self.linear
         w, bent = self.voltages(x)
         v, moved = self.inner(source, w)
         if self.by_current:
             return v + self.port.electrode_resistance * source, moved * bent
-        found = self.port.electron_current(v) + w @ currents + conductance * v
-        if np.isinf(self.leads):
-            return found, currents * bent
-        return found, -self.leads * moved * bent
+        found = self.port.electron_current(v) + (v[:, None] - w) @ self.conductances
+        # behind leads the current is (source - v) leads
+        return found, (-self.conductances if np.isinf(self.leads) else -self.leads * moved) * bent
 
 
 @dataclass(frozen=True)
 class _Mesh:
-    """``nodes`` (n + 1,) [s] and the source on each of n steps: where it begins, ends, and its middle is the mean."""
+    """``nodes`` (n + 1,) [s] and the source where each of the n steps begins and ends, between which it is straight."""
 
     nodes: Array
     left: Array
@@ -150,10 +165,94 @@ class _Mesh:
 
     @cached_property
     def steps(self) -> Array:
-        return np.diff(self.nodes)[:, None]
+        return np.diff(self.nodes)
 
-    def source(self, part: float) -> Array:
-        return self.left + part * (self.right - self.left)
+    @cached_property
+    def source(self) -> Array:
+        """The source at the points of the steps (n, 3)."""
+        return self.left[:, None] + _POINTS * (self.right - self.left)[:, None]
+
+    @cached_property
+    def points(self) -> Array:
+        """The times [s] of the points of the steps (n, 3)."""
+        times = self.nodes[:-1, None] + _POINTS * self.steps[:, None]
+        times[:, -1] = self.nodes[1:]
+        return times
+
+    def split(self, drive: PiecewiseLinear, parts: NDArray[np.intp]) -> _Mesh:
+        """Return the mesh with every step in so many equal parts (n,). Raises SolveError for too many of them."""
+        if parts.sum() > _MOST_NODES:
+            raise SolveError(_UNSOLVED)
+        inner = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+        begins = np.repeat(self.nodes[:-1], parts) + inner * np.repeat(self.steps / parts, parts)
+        return _Mesh.of(drive, np.append(begins, self.nodes[-1]))
+
+
+@dataclass(frozen=True)
+class _Solution:
+    """The states of ``equations`` on a ``mesh``: ``start`` (m,), and ``states`` (n, 3, m) at the points of its steps."""
+
+    equations: _Equations
+    mesh: _Mesh
+    start: Array
+    states: Array
+
+    @property
+    def before(self) -> Array:
+        """The states (n, m) where the steps begin."""
+        return np.concatenate([self.start[None], self.states[:-1, -1]])
+
+    def at(self, t: Array) -> Array:
+        """Return the states (samples, m) at nodes ``t`` [s]."""
+        return np.concatenate([self.start[None], self.states[:, -1]])[np.searchsorted(self.mesh.nodes, t)]
+
+    def missed(self, equations: _Equations) -> tuple[Array, Array]:
+        """Return what ``equations`` miss at the points (n, 3, m), and the derivatives of the rates, see `rates`."""
+        count, _, m = self.states.shape
+        rates, slopes = equations.rates(self.mesh.source.ravel(), self.states.reshape(3 * count, m))
+        made = np.einsum("ij,njm->nim", _WEIGHTS, rates.reshape(count, 3, m))
+        missed = self.states - self.before[:, None] - self.mesh.steps[:, None, None] * made
+        return missed, slopes.reshape(count, 3, *slopes.shape[1:])
+
+    def changed(self, slopes: Array, right: Array) -> Array:
+        """Return the changes (n, 3, m, p) of the states that make up for ``right`` (n, 3, m, p).
+
+        States whose rates depend on themselves alone, with ``slopes`` (n, 3, m), are as many systems of one state.
+        """
+        if slopes.ndim == 3:
+            apart = np.moveaxis(slopes, 2, 0)[..., None, None], np.moveaxis(right, 2, 0)[:, :, :, None]
+            return np.moveaxis(self._banded(*apart)[:, :, :, 0], 0, 2)
+        return self._banded(slopes[None], right[None])[0]
+
+    def _banded(self, slopes: Array, right: Array) -> Array:
+        """Return what `changed` does of k systems: of ``slopes`` (k, n, 3, m, m) and ``right`` (k, n, 3, m, p)."""
+        from scipy.linalg import solve_banded
+
+        systems, count, _, m, columns = right.shape
+        size, whole = 3 * m, systems * count
+        # within a step (3, m) by (3, m)
+        blocks = -self.mesh.steps[:, None, None, None, None] * np.einsum("ij,knjab->kniajb", _WEIGHTS, slopes)
+        blocks = blocks.reshape(whole, size, size) + np.eye(size)
+        lower, upper = size + m - 1, size - 1
+        bands = np.zeros((lower + upper + 1, whole, size))
+        for i in range(size):
+            for j in range(size):
+                bands[upper + i - j, :, j] = blocks[:, i, j]
+            # and of the state before it, which is none where a system begins
+            earlier = size - m + i % m
+            bands[upper + size + i - earlier, :, earlier] = np.where(np.arange(1, whole + 1) % count, -1.0, 0.0)
+        found = solve_banded(
+            (lower, upper), bands.reshape(-1, whole * size), right.reshape(whole * size, columns), check_finite=False
+        )
+        return np.asarray(found.reshape(right.shape))
+
+    def parts(self) -> NDArray[np.intp]:
+        """Return the number of parts (n,) into which each step is to be split."""
+        steps = self.mesh.steps[:, None]
+        rise = np.einsum("j,njm->nm", _SLOPES, self.states - self.before[:, None])
+        off = np.abs(rise - steps * self.equations.rates(self.mesh.left, self.before)[0]).max(axis=1)
+        size = np.abs(self.states).max(initial=1e-300)
+        return np.clip(np.ceil((off / (_ACCURACY * size)) ** 0.25), 1, _MOST_PARTS).astype(np.intp)
 
 
 def answers(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, *, by_current: bool = False) -> Array:
@@ -166,8 +265,7 @@ def answers(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, *, by_curre
     for row, port in zip(found, ports, strict=True):
         equations = _Equations(port, by_current)
         with suppress(SolveError):
-            mesh, x = _solved(equations, drive, t)
-            row[:] = equations.answer(drive.value(t), x[np.searchsorted(mesh.nodes, t)])[0]
+            row[:] = equations.answer(drive.value(t), _solved(equations, drive, t).at(t))[0]
     return found
 
 
@@ -180,105 +278,80 @@ def answer_slopes(
     Raises SolveError where the equations cannot be solved.
     """
     base, *others = (_Equations(port, by_current) for port in ports)
-    count = len(others) // 2
-    mesh, x = _solved(base, drive, t)
-    missed, before, after = _missed(base, mesh, x)
-    starts = np.array([each.rest(drive.rest) for each in others])
-    first = (starts[:count] - starts[count:]) / (2 * step)
-    each = [_missed(other, mesh, x)[0] for other in others]
-    right = np.stack([(each[j] - each[count + j]) / (2 * step) for j in range(count)], axis=-1)
-    right[0] += before[0] @ first.T
-    moved = np.concatenate([first.T[None], _substituted(before, after, -right)])
-    at, source = np.searchsorted(mesh.nodes, t), drive.value(t)
-    found, by_state = base.answer(source, x[at])
-    direct = [other.answer(source, x[at])[0] for other in others]
-    slopes = np.stack([(direct[j] - direct[count + j]) / (2 * step) for j in range(count)], axis=-1)
-    return found, slopes + np.einsum("nm,nmp->np", by_state, moved[at])
+
+    def differences(found: list[Array]) -> Array:
+        larger, smaller = np.split(np.array(found), 2)
+        return np.moveaxis((larger - smaller) / (2 * step), 0, -1)
+
+    solution = _solved(base, drive, t)
+    right = -differences([solution.missed(other)[0] for other in others])
+    first = differences([other.rest(drive.rest) for other in others])
+    right[0] += first
+    moved = replace(solution, start=first, states=solution.changed(solution.missed(base)[1], right)).at(t)
+    source, x = drive.value(t), solution.at(t)
+    found, by_state = base.answer(source, x)
+    direct = differences([other.answer(source, x)[0] for other in others])
+    return found, direct + np.einsum("nm,nmp->np", by_state, moved)
 
 
-def _solved(equations: _Equations, drive: PiecewiseLinear, t: Array) -> tuple[_Mesh, Array]:
-    """Return a mesh whose nodes hold ``t`` (samples,), and the states (nodes, m) at them."""
-    end = float(t[-1])
-    most = drive.largest()
-    edges = np.concatenate([[0.0], drive.breakpoints(end), [end]])
+def _solved(equations: _Equations, drive: PiecewiseLinear, t: Array) -> _Solution:
+    """Return the solution on a mesh whose nodes hold ``t`` (samples,)."""
+    end, most = float(t[-1]), drive.largest()
     jumps = np.append(0.0, drive.jumps(end))
-    close = (jumps[:, None] + _FIRST / equations.fastest(most)).ravel()
-    nodes = np.unique(np.concatenate([edges, t, close[close < end]]))
+    close = (jumps[:, None] + _FIRST / equations.own.max()).ravel()
+    nodes = np.unique(np.concatenate([[0.0], drive.breakpoints(end), close[close < end], t]))
+    bound = equations.bound(max(most, abs(drive.rest)))
     start = equations.rest(drive.rest)
-    bound = np.inf if equations.by_current else equations.bounds(max(most, abs(drive.rest)))
-    x = np.tile(start, (len(nodes), 1))
+    mesh = _Mesh.of(drive, nodes)
+    guess = np.tile(start, (len(mesh.steps), 3, 1))
     for _ in range(_ROUNDS):
-        mesh = _Mesh.of(drive, nodes)
-        x = _newton(equations, mesh, x, bound)
-        parts = _parts(equations, mesh, x)
+        found = _newton(_Solution(equations, mesh, start, guess), bound)
+        solution = _in_windows(equations, drive, mesh, start, bound) if found is None else found
+        parts = solution.parts()
         if (parts == 1).all():
-            return mesh, x
-        counts = np.append(parts, 1)
-        inner = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        finer = np.repeat(nodes, counts) + inner * np.repeat(np.append(np.diff(nodes) / parts, 0.0), counts)
-        if len(finer) > _MOST_NODES:
-            break
-        x = np.stack([np.interp(finer, nodes, column) for column in x.T], axis=1)
-        nodes = finer
-    raise SolveError("the port's equations need more steps than are sensible; its values are out of all proportion")
+            return solution
+        mesh = solution.mesh.split(drive, parts)
+        known = np.append(0.0, solution.mesh.points.ravel())
+        states = np.concatenate([start[None], solution.states.reshape(-1, len(start))])
+        guess = np.stack([np.interp(mesh.points, known, column) for column in states.T], axis=-1)
+    raise SolveError(_UNSOLVED)
 
 
-def _missed(equations: _Equations, mesh: _Mesh, x: Array) -> tuple[Array, Array, Array]:
-    """Return what the steps miss (n, m), and its derivatives (n, m, m) by the states before and after each."""
-    h = mesh.steps
-    f0, j0 = equations.rates(mesh.left, x[:-1])
-    f1, j1 = equations.rates(mesh.right, x[1:])
-    fm, jm = equations.rates(mesh.source(0.5), (x[:-1] + x[1:]) / 2 + h / 8 * (f0 - f1))
-    h3, identity = h[:, :, None], np.eye(x.shape[1])
-    before = -identity - h3 / 6 * (j0 + 4 * jm @ (identity / 2 + h3 / 8 * j0))
-    after = identity - h3 / 6 * (j1 + 4 * jm @ (identity / 2 - h3 / 8 * j1))
-    return x[1:] - x[:-1] - h / 6 * (f0 + 4 * fm + f1), before, after
-
-
-def _substituted(before: Array, after: Array, right: Array) -> Array:
-    """Return the changes (n, m, p) of the states behind the first that make up for ``right`` (n, m, p)."""
-    from scipy.linalg import solve_banded
-
-    count, m = right.shape[:2]
-    lower, upper = 2 * m - 1, m - 1
-    bands = np.zeros((lower + upper + 1, count * m))
-    for i in range(m):
-        for j in range(m):
-            bands[upper + i - j, j::m] = after[:, i, j]
-            bands[upper + m + i - j, j : (count - 1) * m : m] = before[1:, i, j]
-    found = solve_banded((lower, upper), bands, right.reshape(count * m, -1), overwrite_ab=True, check_finite=False)
-    return np.asarray(found.reshape(right.shape))
-
-
-def _newton(equations: _Equations, mesh: _Mesh, x: Array, bound: float) -> Array:
-    """Return the states (nodes, m) that fulfil the equations, from a guess whose first state holds."""
+def _newton(guess: _Solution, bound: float) -> _Solution | None:
+    """Return the solution from a guess, None where Newton's method does not converge."""
     for _ in range(_MOST_STEPS):
         with np.errstate(all="ignore"):
-            missed, before, after = _missed(equations, mesh, x)
-            change = _substituted(before, after, -missed[:, :, None])[:, :, 0]
+            missed, slopes = guess.missed(guess.equations)
+            change = guess.changed(slopes, -missed[..., None])[..., 0]
         if not np.isfinite(change).all():
-            break
-        moved = np.clip(x[1:] + change, -bound, bound)
-        size = np.abs(moved).max(initial=np.abs(x[0]).max(initial=1e-300))
-        done = np.abs(moved - x[1:]).max() <= _CONVERGED * size
-        x = np.concatenate([x[:1], moved])
-        if done:
-            return x
-    raise SolveError("the port's equations could not be solved; its values are out of all proportion")
+            return None
+        states = np.clip(guess.states + change, -bound, bound)
+        moved = np.abs(states - guess.states).max()
+        guess = replace(guess, states=states)
+        if moved <= _CONVERGED * max(np.abs(states).max(), np.abs(guess.start).max(), 1e-300):
+            return guess
+    return None
 
 
-def _parts(equations: _Equations, mesh: _Mesh, x: Array) -> Array:
-    """Return the number of parts (n,) into which each step is to be split."""
-    h = mesh.steps
-    f0, _ = equations.rates(mesh.left, x[:-1])
-    f1, _ = equations.rates(mesh.right, x[1:])
-    rise = (x[1:] - x[:-1]) / h
-    worst = np.zeros(len(h))
-    for s in _CHECKED:
-        # Hermite's cubic and its slope
-        at = x[:-1] + h * (s * f0 + s**2 * (3 * rise - 2 * f0 - f1) + s**3 * (f0 + f1 - 2 * rise))
-        slope = f0 + 2 * s * (3 * rise - 2 * f0 - f1) + 3 * s**2 * (f0 + f1 - 2 * rise)
-        off = slope - equations.rates(mesh.source(s), at)[0]
-        worst = np.maximum(worst, np.abs(h * off).max(axis=1))
-    size = np.abs(x).max(initial=1e-300)
-    return np.clip(np.ceil((worst / (_ACCURACY * size)) ** 0.25), 1, _MOST_PARTS).astype(int)
+def _in_windows(equations: _Equations, drive: PiecewiseLinear, mesh: _Mesh, start: Array, bound: float) -> _Solution:
+    """Return the solution by one window of time after the other, as long as Newton's method converges in each.
+
+    A single step where it does not is split. Raises SolveError for too many windows.
+    """
+    states, first, width, before = [], 0, _WINDOW, start
+    for _ in range(_MOST_WINDOWS):
+        window = _Mesh.of(drive, mesh.nodes[first : first + width + 1])
+        guess = np.tile(before, (len(window.steps), 3, 1))
+        found = _newton(_Solution(equations, window, before, guess), bound)
+        if found is not None:
+            states.append(found.states)
+            before, first, width = found.states[-1, -1], first + len(window.steps), 2 * width
+            if first == len(mesh.steps):
+                return _Solution(equations, mesh, start, np.concatenate(states))
+        elif width > 1:
+            width = max(width // 4, 1)
+        else:
+            parts = np.ones(len(mesh.steps), dtype=np.intp)
+            parts[first] = _MOST_PARTS
+            mesh = mesh.split(drive, parts)
+    raise SolveError(_UNSOLVED)

@@ -40,6 +40,8 @@ _OPTIONS = {"method": "trap", "trtol": "1e12", "reltol": "1e-3", "abstol": "1e-6
 #: A nonlinear circuit is iterated until all voltages converge; far from the solution an exponential needs many steps.
 #: Current convergence is not required: across a jump, capacitor currents are rounding errors amplified by C/h.
 _NONLINEAR = {"reltol": "1e-12", "abstol": "1.0", "vntol": "1e-14", "itl1": "500", "itl4": "500"}
+#: The relative part where voltages need not converge to their last digits.
+_RELATIVE = "1e-11"
 #: But ngspice stores the iteration before the last, so every point of a nonlinear circuit is begun with its drive a
 #: little off, by this part of the largest: one more iteration follows, and stored currents belong to stored voltages.
 _NUDGE = 1e-6
@@ -96,15 +98,18 @@ class Session:
         return str(self._shared.ngspice_version)
 
     @contextlib.contextmanager
-    def loaded(self, circuit: str, end: float, vectors: list[str], *, linear: bool = True) -> Iterator[Run]:
+    def loaded(
+        self, circuit: str, end: float, vectors: list[str], *, linear: bool = True, settled: float | None = None
+    ) -> Iterator[Run]:
         """Load a circuit's text once, for a run on any number of grids.
 
         Gives ``run(grid, voltages)``: ``grid`` [s] ascends from 0 to ``end``, ``voltages`` [V] (points,) at its points
         belong to the circuit's external source, or (sources, points) of several named Vdrive_0, Vdrive_1, ... It
         returns ``vectors`` at all points after 0, shape (vectors, points). Initial conditions are the elements'. A
         third argument of ``run`` is called at each point of the grid that is reached, and gives the voltage of the next
-        one in place of ``voltages``. ``linear=False`` iterates every step until it converges. Raises SolveError when
-        ngspice rejects the circuit, stops early, or leaves the grid.
+        one in place of ``voltages``. ``linear=False`` iterates every step until it converges: to the last digits, or to
+        ``settled`` [V] where rounding is larger. Raises SolveError when ngspice rejects the circuit, stops early, or
+        leaves the grid.
         """
         stop = 1.01 * end  # ngspice drops points very near its end, so its end lies beyond ours
 
@@ -123,6 +128,8 @@ class Session:
             return self._read(vectors, grid)
 
         options = {} if linear else _NONLINEAR
+        if settled and not linear:
+            options = options | {"reltol": _RELATIVE, "vntol": repr(settled)}
         with self._holding(circuit, options, f".save {' '.join(vectors)}\n.tran {stop!r} {stop!r} 0 {stop!r} uic"):
             yield run
 

@@ -137,15 +137,15 @@ def test_jumps_take_longer_where_ngspice_stops_in_them(
     monkeypatch: pytest.MonkeyPatch, stops: int, solved: bool
 ) -> None:
     """Ten times, then a hundred times as long; at last the error is the user's."""
-    own, rises = engine_module._Batch._extrapolated, list[float]()
+    own, rises = Batch._extrapolated, list[float]()
 
-    def stopping(batch: Any, grid: Grid, *, stiff: bool) -> object:
+    def stopping(batch: Any, grid: Grid, settled: float | None, *, stiff: bool) -> object:
         rises.append(grid.rise)
         if len(rises) <= stops:
             raise StoppedEarlyError("ngspice stopped at 15 s of 20 s")
-        return own(batch, grid, stiff=stiff)
+        return own(batch, grid, settled, stiff=stiff)
 
-    monkeypatch.setattr(engine_module._Batch, "_extrapolated", stopping)
+    monkeypatch.setattr(Batch, "_extrapolated", stopping)
     net, drive, t = (
         electrical_netlist(600.0, ((20.0, 0.1),)),
         parse_drive("square:4V,30s", 20.0),
@@ -163,11 +163,11 @@ def test_jumps_take_longer_where_ngspice_stops_in_them(
 def test_a_drive_without_jumps_is_tried_once(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = list[float]()
 
-    def stopping(batch: Any, grid: Grid, *, stiff: bool) -> object:
+    def stopping(batch: Any, grid: Grid, settled: float | None, *, stiff: bool) -> object:
         calls.append(grid.rise)
         raise StoppedEarlyError("ngspice stopped at 15 s of 20 s")
 
-    monkeypatch.setattr(engine_module._Batch, "_extrapolated", stopping)
+    monkeypatch.setattr(Batch, "_extrapolated", stopping)
     with pytest.raises(StoppedEarlyError):
         transient(electrical_netlist(600.0, ((20.0, 0.1),)), parse_drive("sine:1V,0.1Hz", 20.0), np.linspace(0, 20, 41))
     assert len(calls) == 1

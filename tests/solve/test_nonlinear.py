@@ -211,7 +211,7 @@ def test_the_exact_engine_says_that_it_cannot() -> None:
 
 def test_an_error_that_is_not_acceptable_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     """With two grids an error is left: a failure, or a result with its error where that was asked."""
-    monkeypatch.setattr(sys.modules[transient.__module__], "_MOST_REFINEMENTS_NONLINEAR", 2)
+    monkeypatch.setattr(stepped, "_MOST_REFINEMENTS_NONLINEAR", 2)
     net, drive, t = port_netlist(port_of("rc+growing")), parse_drive("sine:2V,0.2Hz", 20.0), np.linspace(0, 20, 11)
     with pytest.raises(SolveError, match=r"ngspice reached an error of .* not the 1.0e-10 asked for"):
         transient(net, drive, t, accuracy=1e-10)
