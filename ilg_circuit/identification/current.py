@@ -24,7 +24,7 @@ from ..measurements.prepare import LEAST_REST, tells_offset
 from ..measurements.record import Channel, Record
 from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
-from ..solve.transient import DEFAULT_ACCURACY, transient
+from ..solve.transient import transient
 from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
@@ -43,8 +43,8 @@ _MOST_ROWS, _TRIAL_ROWS = 4000, 2000
 _ONSET_ROWS = 400
 #: Tolerance of a fit of which only the residuals are used.
 _ROUGH = 1e-5
-#: Error of a nonlinear model's transient in a fit, relative to the largest current.
-_NONLINEAR_ACCURACY = 1e-6
+#: Error of an engine's transient in a fit, relative to the largest current.
+_ACCURACY = 1e-6
 #: The same in a fit that only selects the best of several starts.
 _ROUGH_ACCURACY = 1e-3
 
@@ -55,8 +55,8 @@ class CurrentData:
 
     ``share`` (-0.5 to 0.5) is the position of the onset in the record's bracket, 0 in the middle; ``left_out`` are
     rows of the record's current that are not fitted, such as outliers; ``only`` are the rows of a trial fit, None for
-    all. Readings later than ``until`` [s] after the onset are not fitted. ``accuracy`` is the accuracy of a nonlinear
-    model's transients. ``places`` [s] are those of the drive's later jumps, see `MeasuredDrive`.
+    all. Readings later than ``until`` [s] after the onset are not fitted. ``accuracy`` is an engine's in a transient,
+    relative to the largest value. ``places`` [s] are those of the drive's later jumps, see `MeasuredDrive`.
     """
 
     record: Record
@@ -66,7 +66,7 @@ class CurrentData:
     left_out: tuple[int, ...] = ()
     only: NDArray[np.intp] | None = None
     until: float = math.inf
-    accuracy: float = _NONLINEAR_ACCURACY
+    accuracy: float = _ACCURACY
     places: tuple[float, ...] = ()
 
     quantity = "current"
@@ -372,16 +372,14 @@ def _at_rest(ports: Sequence[Port], voltage: float) -> Array:
 
 
 def currents(
-    ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str, nonlinear: float = _NONLINEAR_ACCURACY
+    ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str, accuracy: float = _ACCURACY
 ) -> Array:
     """Return currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s], steady before the onset at 0.
 
-    ``nonlinear`` is the error of a nonlinear model's currents, relative to the largest current.
+    ``accuracy`` is their error by ngspice, relative to the largest.
     """
     after = t >= 0
     result = np.repeat(_at_rest(ports, drive.rest)[:, None], len(t), axis=1)
-    linear = ports[0].linear
-    accuracy = DEFAULT_ACCURACY if linear else nonlinear
     netlists = [port_netlist(port, rest=drive.rest) for port in ports]
     found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=10 * accuracy)
     result[:, after] = found.values[:, 0]

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..fit.fitting import composed, fit
-from ..fit.judge import Judgement, judged
+from ..fit.judge import MOST, Judgement, judged
 from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
+from ..solve.transient import DEFAULT_ACCURACY
 from ..strip.actuator import Actuator
 from .coupling_fit import CouplingFit
 from .current import CurrentData
@@ -22,6 +23,9 @@ from .motion import DisplacementData, Motion, port_matters
 from .onset import Onsets, settled
 from .port_fit import PortFit
 from .port_model import Measured, PortData, PortModel, sigma_of
+
+#: Finest and coarsest accuracy of an engine that judges a fit.
+_JUDGED = (DEFAULT_ACCURACY, 1e-5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +74,11 @@ def joined(
     judgement = None
     if any(d.engine == "ngspice" for d in data) and cheap:
         few = [d.trial() if isinstance(d, PortData) else d for d in data]
-        pairs = zip(few, found.problem.observations, strict=True)
-        record = replace(found.problem, observations=tuple(observe(d, o.sigma, of_record=True) for d, o in pairs))
+        observations = tuple(
+            observe(d, o.sigma, accuracy=_telling(found, k, d))
+            for k, (d, o) in enumerate(zip(few, found.problem.observations, strict=True))
+        )
+        record = replace(found.problem, observations=observations)
         found, judgement = judged(found, record, progress, _rows(data, few))
     return _views(found, port, coupling, data, together, onsets, judgement)
 
@@ -88,14 +95,33 @@ def _rows(data: Sequence[Measured], few: Sequence[Measured]) -> NDArray[np.intp]
     return None if all(a is b for a, b in zip(data, few, strict=True)) else np.concatenate(rows)
 
 
+def _telling(found: FitResult, k: int, data: Measured) -> float:
+    """Return the accuracy of an engine that tells whether it would move a parameter of the fit.
+
+    An error of one sign in all samples moves none by more of its standard error than the samples' root times its part
+    of the residuals.
+    """
+    part = found.rms_of(k) / max(data.size, 1e-300)
+    return float(np.clip(MOST * part / np.sqrt(len(data.data)), *_JUDGED))
+
+
 def _observation(
-    model: PortModel | None, motion: Motion | None, data: Measured, sigma: float | Array, *, of_record: bool = False
+    model: PortModel | None,
+    motion: Motion | None,
+    data: Measured,
+    sigma: float | Array,
+    *,
+    accuracy: float | None = None,
 ) -> Observation:
+    """Return the observation of ``data``, with an ``accuracy`` predicted by the engine of record."""
+    of_record, reached = accuracy is not None, accuracy or DEFAULT_ACCURACY
     if isinstance(data, DisplacementData):
         assert motion is not None
-        return data.observation(motion, sigma, of_record=of_record)
+        return data.observation(motion, sigma, of_record=of_record, accuracy=reached)
     assert isinstance(data, PortData)
     assert model is not None
+    if isinstance(data, CurrentData) and of_record:
+        data = replace(data, accuracy=reached)
     return data.observation(model, sigma, of_record=of_record)
 
 

@@ -59,10 +59,9 @@ def fit_best(
     linear = [m for m in contest.fits if electrical_model(m).linear]
     ions = contest.best(linear) if linear else first
     contest.enter_nonlinear(ions)
-    winner = contest.best(list(contest.fits))
-    if contest.fits[winner].misfit > WARN:
+    if not contest.fits or contest.fits[contest.best(list(contest.fits))].misfit > WARN:
         contest.enter_nonlinear(ions, contested=False)
-        winner = contest.best(list(contest.fits))
+    winner = contest.best(list(contest.fits))
     rows = contest.rows(winner)
     return contest.fits[winner], rows
 

@@ -13,7 +13,7 @@ from ..circuit.strip import port_netlist
 from ..errors import InputError
 from ..measurements.record import Channel, Forced, Record
 from ..measurements.voltage import MeasuredDrive
-from ..solve.transient import DEFAULT_ACCURACY, transient
+from ..solve.transient import transient
 from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
@@ -77,7 +77,7 @@ class VoltageData(CurrentData):
         after = t >= 0
         result = np.repeat(self._still(ports)[:, None], len(t), axis=1)
         netlists = [port_netlist(port, by_current=True) for port in ports]
-        accuracy = DEFAULT_ACCURACY if ports[0].linear else self.accuracy
+        accuracy = self.accuracy
         found = transient(
             netlists, self.drive, t[after], engine=self.engine, accuracy=accuracy, acceptable=10 * accuracy
         )

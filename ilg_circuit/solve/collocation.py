@@ -190,7 +190,7 @@ class _Mesh:
 
 @dataclass(frozen=True)
 class _Solution:
-    """The states of ``equations`` on a ``mesh``: ``start`` (m,), and ``states`` (n, 3, m) at the points of its steps."""
+    """The states of ``equations`` on a ``mesh``: the ``start`` (m,), and ``states`` (n, 3, m) at its steps' points."""
 
     equations: _Equations
     mesh: _Mesh

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from typing import Any
 
@@ -19,10 +18,9 @@ from ilg_circuit.solve.grid import Grid
 from ilg_circuit.solve.ngspice import Session, session
 from ilg_circuit.solve.panels import Panels
 from ilg_circuit.solve.state_space import state_space
+from ilg_circuit.solve.stepped import Batch
 
 RC = "rc\nR1 in out 1.0\nC1 out 0 1.0 IC=0.0\nVdrive in 0 external\n"
-#: The module, whose name is a function of its folder.
-engine_module: Any = importlib.import_module("ilg_circuit.solve.transient")
 GRID = np.linspace(0.0, 5.0, 51)
 
 

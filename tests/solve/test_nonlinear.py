@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from itertools import pairwise
 
@@ -19,7 +18,7 @@ from ilg_circuit.report.check import summary
 from ilg_circuit.simulation.check import check, require_agreement
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate
-from ilg_circuit.solve import transient
+from ilg_circuit.solve import stepped, transient
 from ilg_circuit.strip.port import Port
 
 Array = NDArray[np.float64]
@@ -287,3 +286,14 @@ def test_a_jump_beside_a_steep_slope_has_its_place() -> None:
     for name in ("current", "charge"):
         largest = np.abs(exact[name]).max()
         assert np.abs(found.waveforms[name] - exact[name]).max() <= found.error * largest, name
+
+
+def test_voltages_that_do_not_settle_to_their_last_digits_are_solved_all_the_same() -> None:
+    """The fast sections of a ladder make steps of 1e-10 s, in whose currents rounding is amplified."""
+    strip = strip_of("warburg+sinh")
+    corners = PiecewiseLinear(np.array([0.0, 15.0, 45.0, 60.0]), np.array([0.0, 3.0, -3.0, 0.0]), "triangle")
+    t = np.linspace(0.0, 60.0, 121)
+    whole = simulate(strip, corners, t, beam="static")
+    # without the fastest sections, which the current does not show
+    slower = simulate(strip_of("warburg+sinh", **LADDER), corners, t, beam="static")
+    assert np.abs(whole.current - slower.current)[2:].max() < 1e-3 * np.abs(slower.current).max()
