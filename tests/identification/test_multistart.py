@@ -50,7 +50,7 @@ def test_a_fit_elsewhere_than_the_best_start_is_refused() -> None:
     found = fit_current(data.record, engine="exact").fit
     model = PortModel(electrical_model("rc"), 0.0, tuple(found.values.tolist()))
     problem = port_problem((data,), model, (1.0,))
-    _, _, check = search_starts(problem, lambda t: data.modal(model, t), data.since, found.values)
+    _, _, check = search_starts(problem, lambda t: data.without_engine(model, t), data.since, found.values)
     check(found.values)
     with pytest.raises(SolveError, match="did not return"):
         check(found.values * 1.2)
