@@ -24,8 +24,8 @@ from ..strip.port import Port
 
 #: What a cubic may miss over a step, relative to the largest state.
 _ACCURACY = 2e-6
-#: Change of the states, relative to the largest, at which Newton's method has converged: its square is left. Most of its
-#: steps.
+#: Change of the states, relative to the largest, at which Newton's method has converged: its square is left. Largest
+#: number of its steps.
 _CONVERGED, _MOST_STEPS = 1e-6, 20
 #: Rounds of splitting; largest number of parts of a step in each; largest number of steps.
 _ROUNDS, _MOST_PARTS, _MOST_NODES = 8, 8, 50_000

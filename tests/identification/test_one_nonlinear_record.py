@@ -73,6 +73,28 @@ def test_a_charge_that_saturates_is_found_where_nothing_else_describes_it() -> N
     assert found["dc_resistance"].value == pytest.approx(600.0, rel=0.01)
 
 
+def test_a_law_of_charge_is_tried_where_no_linear_model_can_be_fitted() -> None:
+    """Rdc of every linear model ran to infinity, and the record ended in an error."""
+    strip = every_model.strip_of("rc+steric")
+    found = identified(strip, ([0.0, 30, 30, 60, 60, 90, 90, 120], [2.0, 2, -2, -2, 2, 2, -2, -2]))
+    assert found.success
+    assert found.model == "rc+steric"
+    for name in ("dynamic_resistance", "capacitance", "packing_fraction"):
+        assert found[name].value == pytest.approx(every_model.VALUES[name], abs=3.5 * found[name].reported[0]), name
+
+
+def test_a_growing_capacitance_is_found_and_judged_by_the_engine() -> None:
+    strip = every_model.strip_of("rc+growing")
+    found = identified(strip, ([0.0, 20, 20, 60, 60, 100, 100, 120], [3.0, 3, 0, 0, 3, 3, 0, 0]))
+    assert found.success
+    assert found.model == "rc+growing"
+    for name in ("dynamic_resistance", "capacitance", "capacitance_slope"):
+        assert found[name].value == pytest.approx(every_model.VALUES[name], abs=3.5 * found[name].reported[0]), name
+    judgement = found.statistics["judgement"]
+    assert judgement["largest_move_in_standard_errors"] < 0.02
+    assert not judgement["refitted"]
+
+
 def test_a_linear_strip_stays_linear() -> None:
     found = identified(every_model.strip_of("rc"), STAIRCASE)
     assert found.model == "rc"

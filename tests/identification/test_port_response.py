@@ -1,0 +1,64 @@
+"""Ports are answered without an engine as the engine does, and as their derivatives say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from every_model import port_of, values_of
+
+from ilg_circuit.circuit.strip import port_netlist
+from ilg_circuit.drive import PiecewiseLinear
+from ilg_circuit.identification.current import currents
+from ilg_circuit.identification.modal import perturbed
+from ilg_circuit.identification.port_model import PortModel
+from ilg_circuit.identification.port_response import (
+    closed,
+    current_slopes,
+    currents_of,
+    voltage_slopes,
+    voltages_of,
+)
+from ilg_circuit.solve import transient
+from ilg_circuit.strip.models import Ladders, electrical_model
+
+T = np.linspace(0.0, 30.0, 31)
+DRIVE = PiecewiseLinear(np.array([0.0, 10, 10, 20, 30]), np.array([1.0, 3, -2, 3, 0]), rest=1.0)
+CURRENT = PiecewiseLinear(np.array([0.0, 10, 10, 30]), np.array([0.01, 0.01, -0.01, -0.01]), unit="A")
+LADDERS = Ladders(band=(1e-3, 20.0), sections=12)
+NONLINEAR = ("rc+growing", "rc+saturating", "rc+steric", "rc+sinh", "rc2+growing+sinh", "warburg+sinh")
+
+
+@pytest.mark.parametrize("electrodes", [0.0, 5.0])
+@pytest.mark.parametrize("model", NONLINEAR)
+def test_currents_are_the_engines(model: str, electrodes: float) -> None:
+    kind, values = electrical_model(model), np.array(values_of(model))
+    if not closed(PortModel(kind, electrodes)):
+        assert (model, electrodes) == ("warburg+sinh", 5.0)
+        return
+    ports = [kind.port(v.tolist(), electrodes, LADDERS) for v in perturbed(values)]
+    expected = currents(ports[:1], DRIVE, T, "ngspice", 1e-7)[0]
+    found = currents_of(ports[:1], DRIVE, T)[0]
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+    slopes = current_slopes(ports, DRIVE, T)
+    assert slopes is not None
+    assert slopes[0] == pytest.approx(found, rel=1e-9, abs=1e-12)
+    assert slopes[1].shape == (len(T), len(values))
+
+
+@pytest.mark.parametrize("model", ["rc+growing", "rc2+growing+sinh"])
+def test_voltages_are_the_engines(model: str) -> None:
+    port = port_of(model, 5.0)
+    assert closed(PortModel(electrical_model(model), 5.0), by_current=True)
+    run = transient([port_netlist(port, by_current=True)], CURRENT, T)
+    expected = run.output("voltage")
+    assert np.abs(voltages_of([port], CURRENT, T)[0] - expected).max() < 1e-6 * np.abs(expected).max()
+    ports = [electrical_model(model).port(v.tolist(), 5.0) for v in perturbed(np.array(values_of(model)))]
+    slopes = voltage_slopes(ports, CURRENT, T)
+    assert slopes is not None
+    assert slopes[0] == pytest.approx(expected, rel=1e-5, abs=1e-6)
+
+
+def test_a_ladder_beside_a_sinh_path_needs_the_engine_under_a_current() -> None:
+    model = PortModel(electrical_model("warburg+sinh"), 0.0)
+    assert closed(model)
+    assert not closed(model, by_current=True)
