@@ -24,12 +24,15 @@ _FIRST, _CLOSER, _LOOKS = 5, 9, 6
 _ROUGH_LOOKS = 2
 #: Difference of deviances below which places are equally likely.
 _FLAT = 0.3
-#: Square of the normal quantile of 95 %.
-_LEVEL = 3.84
+#: Square of the normal quantile of 95 %. Of two models of as many parameters the one that is worse by more is the true
+#: one in 2.5 % at most.
+LEVEL = 3.84
 #: Normal quantiles of one side and of two, of 95 %, and the number of bisections between them.
 _ONE_SIDED, _TWO_SIDED, _HALVINGS = 1.6448536269514722, 1.959963984540054, 30
 #: Distance below which two places are the same, relative to the bounds.
 _CLOSE = 1e-3
+#: Relative distance of two places that are one.
+_SAME_PLACE = 1e-12
 #: Tolerance of the intermediate fits.
 _TOLERANCE = 1e-9
 #: Step of a coordinate for the derivatives of derived quantities.
@@ -56,7 +59,7 @@ class BoundedProfile:
     @cached_property
     def admitted(self) -> tuple[float, float]:
         """The 95 % interval of the quantity: where the deviance stays below the quantile."""
-        inside = np.flatnonzero(self.deviance <= _LEVEL)
+        inside = np.flatnonzero(self.deviance <= LEVEL)
         low, high = float(self.places[inside[0]]), float(self.places[inside[-1]])
         return self._end(inside[0], -1, low), self._end(inside[-1], 1, high)
 
@@ -64,7 +67,7 @@ class BoundedProfile:
         """Return the place beyond place ``k`` where the deviance reaches the quantile, by linear interpolation."""
         if not 0 <= k + side < len(self.places):
             return place
-        share = (_LEVEL - self.deviance[k]) / (self.deviance[k + side] - self.deviance[k])
+        share = (LEVEL - self.deviance[k]) / (self.deviance[k + side] - self.deviance[k])
         return place + float(share) * (float(self.places[k + side]) - place)
 
     @property
@@ -82,6 +85,27 @@ class BoundedProfile:
             np.insert(self.deviance, k, deviance),
             np.insert(self.coordinates, k, coordinates, axis=0),
             np.insert(self.covariances, k, _between(self.places, self.covariances, place), axis=0),
+        )
+
+    def beside(self, other: BoundedProfile) -> BoundedProfile:
+        """Return the profile with what another model of the same parameters admits; the estimate stays this model's."""
+        low, high = other.admitted
+        within = other.places[(other.places > low) & (other.places < high)]
+        new = np.unique(np.concatenate([[low], within, [high]]))
+        new = new[[np.abs(self.places - x).min() > _SAME_PLACE * max(abs(x), 1.0) for x in new]]
+        if not len(new):
+            return self
+        places = np.concatenate([self.places, new])
+        deviance = np.minimum(np.interp(new, other.places, other.deviance), LEVEL)
+        coordinates = [_between(other.places, other.coordinates, x) for x in new]
+        covariances = [_between(other.places, other.covariances, x) for x in new]
+        order = np.argsort(places)
+        return BoundedProfile(
+            places[order],
+            np.concatenate([self.deviance, deviance])[order],
+            np.concatenate([self.coordinates, coordinates])[order],
+            np.concatenate([self.covariances, covariances])[order],
+            self.middle,
         )
 
     def of(self, quantities: Callable[[Array], Array]) -> BoundedProfile:
@@ -104,8 +128,8 @@ class BoundedProfile:
         there = errors * np.divide(sizes, at_middle, out=np.ones_like(sizes), where=at_middle > 0)
         ranges = np.divide(np.abs(self.range), errors, out=np.zeros_like(errors), where=errors > 0)
         shorter = _one_sided(ranges) if float(self.deviance.max()) < _FLAT else np.ones_like(errors)
-        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / _LEVEL, 0.0)) * shorter * quantile * there
-        inside = self.deviance <= _LEVEL
+        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / LEVEL, 0.0)) * shorter * quantile * there
+        inside = self.deviance <= LEVEL
         middle = _between(self.places, self.coordinates, self.middle)
         ends = np.array([_between(self.places, self.coordinates, x) for x in self.admitted])
         low = np.minimum((self.coordinates - spare)[inside].min(axis=0), ends.min(axis=0))
@@ -169,7 +193,7 @@ def profile_bounded(
         places, deviance, _ = trial.table
         if float(deviance.max()) < _FLAT:
             break
-        inside = np.flatnonzero(deviance <= _LEVEL)
+        inside = np.flatnonzero(deviance <= LEVEL)
         first, last = max(inside[0] - 1, 0), min(inside[-1] + 1, len(places) - 1)
         if last - first > _CLOSER:
             break
@@ -278,7 +302,7 @@ class _Trial:
     def profile(self) -> BoundedProfile:
         """Return the profile; covariances are computed at admitted places, and copied from the nearest for others."""
         places, deviance, coordinates = self.table
-        inside = np.flatnonzero(deviance <= _LEVEL)
+        inside = np.flatnonzero(deviance <= LEVEL)
         known = np.unique(inside[[0, len(inside) // 2, -1]])
         covariances = np.array([self._covariance(self._at(places[k]), coordinates[k]) for k in known])
         every = np.array([_between(places[known], covariances, place) for place in places])

@@ -17,6 +17,7 @@ from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..solve.transient import DEFAULT_ACCURACY
 from ..strip.actuator import Actuator
+from .clock_profile import Observe
 from .coupling_fit import CouplingFit
 from .current import CurrentData
 from .motion import DisplacementData, Motion, port_matters
@@ -70,7 +71,8 @@ def joined(
         found = _composed(port, coupling)
     cheap = all(d.closed(port.model) for d in ports) if port is not None else motion is not None and motion.linear
     costly = not cheap or (together and motion is not None and not motion.linear)
-    found, data, onsets = settled(found, data, observe, costly=costly, progress=progress)
+    rival = _other_beam(coupling, motion, port)
+    found, data, onsets = settled(found, data, observe, rival=rival, costly=costly, progress=progress)
     judgement = None
     if any(d.engine == "ngspice" for d in data) and cheap:
         few = [d.trial() if isinstance(d, PortData) else d for d in data]
@@ -81,6 +83,14 @@ def joined(
         record = replace(found.problem, observations=observations)
         found, judgement = judged(found, record, progress, _rows(data, few))
     return _views(found, port, coupling, data, together, onsets, judgement)
+
+
+def _other_beam(coupling: CouplingFit | None, motion: Motion | None, port: PortFit | None) -> Observe | None:
+    """Return what predicts the one displacement by the other beam, where both predict in closed form."""
+    if coupling is None or motion is None or not motion.linear or len(coupling.individual) > 1:
+        return None
+    beam = "static" if motion.beam == "dynamic" else "dynamic"
+    return partial(_observation, None if port is None else port.model, replace(motion, beam=beam))
 
 
 def _rows(data: Sequence[Measured], few: Sequence[Measured]) -> NDArray[np.intp] | None:

@@ -24,7 +24,7 @@ from ..fit.problem import Problem, Progress
 from ..fit.quantiles import student
 from ..fit.result import FitResult
 from ..measurements.record import Channel
-from .clock import MOST_RATE
+from .clock_profile import ClockProfile, Observe, beside, clocked
 from .current import CurrentData
 from .film import Moving
 from .jumps import JumpErrors, errors_of, placed, too_many, unknown
@@ -33,14 +33,6 @@ from .observation_fit import ObservationFit
 from .open_path import open_path
 from .port_model import BRACKET, BY_TIME, Measured
 
-#: (data, standard deviation of their residuals) -> observation with a model's prediction.
-Observe = Callable[[Measured, float | Array], Observation]
-#: A share, delay or rate -> the data with that value.
-At = Callable[[float], Measured]
-#: Range of a delay's profile about its first estimate, as a fraction of its bounds.
-_NEAR = 0.15
-#: Largest number of alternating searches for delay and rate; step of a delay, in sampling intervals, and of a rate.
-_ROUNDS, _DELAY_STEP, _RATE_STEP = 6, 0.1, 1e-4
 #: Distance of an onset from the middle, relative to the admitted range, below which it is in the middle.
 _MIDDLE = 1e-3
 
@@ -82,37 +74,6 @@ class OnsetProfile:
         names = [label for label, yes in zip(fit.labels, felt, strict=True) if yes]
         code = "onset-bracketed" if self.channel.width else "jumps-bracketed"
         return Finding(code, self.source, {"from": ends[0], "to": ends[1], "parameters": names})
-
-
-@dataclass(frozen=True, eq=False)
-class ClockProfile:
-    """The profiles of the delay [s] of one file's displacement and, if the data determine it, of its clock's rate.
-
-    ``onset`` is the half-width [s] of the interval of the voltage's onset.
-    """
-
-    data: DisplacementData
-    delay: BoundedProfile
-    rate: BoundedProfile | None
-    onset: float
-
-    @property
-    def every(self) -> tuple[BoundedProfile, ...]:
-        """The profiles that widen the coupling's intervals: with a rate, the delay is already a term of the fit."""
-        return (self.delay if self.rate is None else self.rate,)
-
-    @property
-    def estimates(self) -> dict[str, Estimate]:
-        """Delay [s] at the onset and rate, with intervals from the fit and from the bracket of the onset."""
-        low, high = self.delay.admitted
-        middle, errors = self.data.late, np.array([low, high]) - self.delay.middle
-        found = {}
-        if self.rate is not None:
-            ends = self.rate.admitted
-            found["displacement_clock_rate"] = Estimate(self.rate.middle, "", (ends[1] - ends[0]) / 3.92, ends)
-        below, above = (errors + np.array([-self.onset, self.onset])).tolist()
-        delay = Estimate(middle, "s", (above - below) / 3.92, (middle + below, middle + above))
-        return {"displacement_delay": delay, **found}
 
 
 @dataclass(frozen=True)
@@ -219,24 +180,19 @@ def _telling(members: Sequence[int], data: Sequence[Measured], found: FitResult)
     return [members[0], *(k for k in moving if _tells_onset(data[k], found.residuals_of(k)))]
 
 
-def _with(problem: Problem, k: int, observe: Observe, at: At, place: float) -> Problem:
-    """Return the problem with observation ``k`` replaced by the data ``at`` a place."""
-    observations = list(problem.observations)
-    observations[k] = observe(at(place), observations[k].sigma)
-    return replace(problem, observations=tuple(observations))
-
-
 def settled(
     found: FitResult,
     data: Sequence[Measured],
     observe: Observe,
     *,
+    rival: Observe | None = None,
     costly: bool = False,
     progress: Progress = None,
 ) -> tuple[FitResult, tuple[Measured, ...], Onsets]:
     """Return the fit with every onset in the middle of its admitted range, the data likewise, and the profiles.
 
-    ``observe`` makes the observations of ``found`` from ``data`` and their sigmas. The onset is determined by the
+    ``observe`` makes the observations of ``found`` from ``data`` and their sigmas, ``rival`` those of a displacement by
+    another beam, where a delay of its clock might resemble inertia. The onset is determined by the
     current, and by the displacement if its residuals are noise. Raises SolveError if a fit fails.
     """
     profiles: list[OnsetProfile] = []
@@ -269,7 +225,9 @@ def settled(
         if not isinstance(d, DisplacementData) or d.delays is None:
             continue
         onset = next((p.half for p in profiles if p.source == d.source), 0.0)
-        found, clock = _clock(found, k, observe, d, onset, costly, progress)
+        found, clock = clocked(found, k, observe, d, onset, costly, progress)
+        if rival is not None:
+            clock = beside(found, clock, k, rival, d, costly, progress)
         moved[k] = clock.data
         clocks.append(clock)
     errors = (errors_of(found, left),) if left.any() else ()
@@ -321,79 +279,9 @@ def _tells_onset(data: Measured, residuals: Array) -> bool:
     return isinstance(data, DisplacementData) and data.delays is None and not structured(residuals)
 
 
-def _clock(
-    found: FitResult, k: int, observe: Observe, d: DisplacementData, onset: float, costly: bool, progress: Progress
-) -> tuple[FitResult, ClockProfile]:
-    """Return the fit with the delay and, if determined, the rate of displacement ``k`` in mid-range."""
-    if d.tells_rate:
-        told = _rate(found, k, observe, d, costly, progress)
-        if told is not None:
-            found, d, rate = told
-            # profile of the delay alone, with the rate free
-            free = replace(d, loose=_slope(found, k, observe, d.at_rate, d.clock.rate, _RATE_STEP))
-            delay = _delay(_refitted(found, k, observe, free, progress), k, observe, free, costly)
-            return found, ClockProfile(d, delay, rate, onset)
-        d = replace(d.at_rate(1.0), tells_rate=False)
-        found = _refitted(found, k, observe, d, progress)
-    tried = _delay(found, k, observe, d, costly)
-    d = d.at_delay(tried.middle)
-    found = _refitted(found, k, observe, d, progress)
-    return found, ClockProfile(d, tried.knowing(tried.middle, found.coordinates), None, onset)
-
-
-def _rate(
-    found: FitResult, k: int, observe: Observe, d: DisplacementData, costly: bool, progress: Progress
-) -> tuple[FitResult, DisplacementData, BoundedProfile] | None:
-    """Return the fit, data and profile of the rate of a displacement's clock with its delay free; None for no rate."""
-    delay, clock = d.clock.at_onset(d.delay)
-    d = replace(d, delay=delay, clock=clock)
-    step = _DELAY_STEP * float(np.median(np.diff(d.abscissa)))
-    for _ in range(_ROUNDS):
-        d = replace(d, loose=_slope(found, k, observe, d.at_delay, d.delay, step))
-        found = _refitted(found, k, observe, d, progress)
-        bounds = (d.clock.rate - MOST_RATE, d.clock.rate + MOST_RATE)
-        at = partial(_with, found.problem, k, observe, d.at_rate)
-        profile = profile_bounded(found, at, bounds, (k,), start=d.clock.rate, costly=costly)
-        if profile.admitted[0] <= bounds[0] or profile.admitted[1] >= bounds[1]:
-            return None
-        d = d.at_rate(profile.middle)
-        found = _refitted(found, k, observe, d, progress)
-        profile = profile.knowing(profile.middle, found.coordinates)
-        more = float(found.nuisance_of(k)[-1])
-        d = d.at_delay(d.delay + more)
-        if abs(more) < step:
-            break
-    return found, d, profile
-
-
-def _slope(found: FitResult, k: int, observe: Observe, at: At, place: float, step: float) -> Array:
-    """Return the derivative (samples,) of observation ``k`` with respect to a place, at the values of a fit."""
-    part, sigma = found.problem.slices[k], found.problem.observations[k].sigma
-    ends = [_with(found.problem, k, observe, at, x) for x in (place - step, place + step)]
-    low, high = (problem.predictions(found.coordinates[None])[0][part] for problem in ends)
-    return np.asarray((high - low) / (2 * step) * sigma)
-
-
-def _delay(found: FitResult, k: int, observe: Observe, d: DisplacementData, costly: bool) -> BoundedProfile:
-    """Return the profile of the delay of a displacement near its estimate, or over its bounds if that is not enough."""
-    assert d.delays is not None
-    low, high = d.delays
-    at = partial(_with, found.problem, k, observe, d.at_delay)
-    near = (max(low, d.delay - _NEAR * (high - low)), min(high, d.delay + _NEAR * (high - low)))
-    tried = profile_bounded(found, at, near, (k,), start=d.delay, costly=costly)
-    ends = zip(tried.admitted, near, (low, high), strict=True)
-    if all(end != reached or reached == last for end, reached, last in ends):
-        return tried
-    return profile_bounded(found, at, (low, high), (k,), start=d.delay, costly=costly)
-
-
-def _refitted(found: FitResult, k: int, observe: Observe, data: DisplacementData, progress: Progress) -> FitResult:
-    """Return the fit with other data of observation ``k``."""
-    problem = _with(found.problem, k, observe, lambda _: data, 0.0)
-    return with_starts(fit_near(problem, found.values, progress), found.starts)
-
-
 def clock_findings(records: Sequence[Moving], onsets: Onsets) -> list[Finding]:
-    """Return findings on displacements with a separate clock whose rate is assumed to equal the voltage's."""
+    """Return findings on clocks that may as well be a beam's inertia, or whose rate is assumed to be the voltage's."""
     told = {clock.data.source for clock in onsets.clocks if clock.rate is not None}
-    return [Finding("clock-rate-assumed", d.source) for d in records if d.record.own_clock and d.source not in told]
+    found = [Finding("clock-or-inertia", clock.data.source) for clock in onsets.clocks if clock.alike]
+    assumed = [d.source for d in records if d.record.own_clock and d.source not in told]
+    return [*found, *(Finding("clock-rate-assumed", source) for source in assumed)]

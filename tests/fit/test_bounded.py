@@ -121,3 +121,24 @@ def test_a_place_that_is_known_already_is_not_one_more() -> None:
         assert (np.diff(known.places) > 0).all()
         assert known.coordinates[np.searchsorted(known.places, place), 0] == 7.0
         assert np.isfinite(known.range).all()
+
+
+def _made(places: list[float], deviance: list[float], coordinates: list[float]) -> BoundedProfile:
+    rows = np.array(coordinates)[:, None]
+    return BoundedProfile(np.array(places), np.array(deviance), rows, np.ones((len(places), 1, 1)))
+
+
+def test_a_profile_holds_what_another_model_admits_too() -> None:
+    own = _made([-1.0, 0.0, 1.0], [4.84, 0.0, 4.84], [1.0, 2.0, 3.0])
+    other = _made([2.0, 3.0, 4.0], [4.84, 0.0, 4.84], [6.0, 7.0, 8.0])
+    both = own.beside(other)
+    assert both.middle == own.middle == pytest.approx(0.0)
+    assert both.admitted == pytest.approx((own.admitted[0], other.admitted[1]))
+    (low,), (high,) = both.reach(np.array([0.1]), np.array([1.96]))
+    assert low == pytest.approx(own.reach(np.array([0.1]), np.array([1.96]))[0][0])
+    assert 2.0 + high == pytest.approx(7.0 + other.reach(np.array([0.1]), np.array([1.96]))[1][0])
+
+
+def test_what_both_models_admit_is_held_once() -> None:
+    own = _made([-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 2.0, 3.0])
+    assert own.beside(own) is own
