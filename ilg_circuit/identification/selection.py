@@ -76,10 +76,10 @@ class _Contest:
         self._errors: list[IlgError] = []
         self._identifiability: dict[str, Identifiability] = {}
 
-    def enter(self, model: str) -> None:
-        """Fit a model, unless it needs transients and a simpler model's residuals are only noise."""
+    def enter(self, model: str, *, always: bool = False) -> None:
+        """Fit a model, unless it needs transients and a simpler model's residuals are only noise; or ``always``."""
         count, costly = len(electrical_model(model).parameters), any(d.quantity in BY_TIME for d in self._data)
-        for other, found in self.fits.items():
+        for other, found in () if always else self.fits.items():
             if costly and model != _CHECK and found.only_noise and count >= len(found.kind.parameters):
                 self._skip(model, "candidate-not-tried-noise", other=other)
                 return
@@ -104,7 +104,7 @@ class _Contest:
             elif ions in self.fits and len(self._data) > 1 and not self._worse_together(ions):
                 self._skip(model, "candidate-not-tried-gain", other=ions)
             else:
-                self.enter(model)
+                self.enter(model, always=not contested)  # laws of a charge that saturates leave much the same
 
     def _worse_together(self, model: str) -> bool:
         """Return whether the files leave more residuals together than each by itself."""
