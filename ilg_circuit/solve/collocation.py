@@ -89,7 +89,7 @@ class _Equations:
         law = self.port.charge_law
         if law is None or self.by_current:
             return np.inf
-        return float(law.charge(min(most, law.largest * (1 - 1e-9)))) * (1 + 1e-12)
+        return float(law.charge(most)) * (1 + 1e-12)
 
     def voltages(self, x: Array) -> tuple[Array, Array]:
         """Return the voltages w [V] of states and their derivatives, of any shape."""
@@ -297,11 +297,14 @@ def answer_slopes(
 
 def _solved(equations: _Equations, drive: PiecewiseLinear, t: Array) -> _Solution:
     """Return the solution on a mesh whose nodes hold ``t`` (samples,)."""
-    end, most = float(t[-1]), drive.largest()
+    end, most = float(t[-1]), max(drive.largest(), abs(drive.rest))
+    law = equations.port.charge_law
+    if law is not None and not equations.by_current and most >= law.largest:
+        raise SolveError(f"{most:.4g} V are reached, and the charge rises only up to {law.largest:.4g} V")
     jumps = np.append(0.0, drive.jumps(end))
     close = (jumps[:, None] + _FIRST / equations.own.max()).ravel()
     nodes = np.unique(np.concatenate([[0.0], drive.breakpoints(end), close[close < end], t]))
-    bound = equations.bound(max(most, abs(drive.rest)))
+    bound = equations.bound(most)
     start = equations.rest(drive.rest)
     mesh = _Mesh.of(drive, nodes)
     guess = np.tile(start, (len(mesh.steps), 3, 1))

@@ -114,6 +114,13 @@ def test_a_port_out_of_all_proportion_is_no_number(monkeypatch: pytest.MonkeyPat
         answer_slopes([hard] * 3, DRIVES["square"], few, STEP)
 
 
+def test_a_charge_that_no_longer_rises_is_no_number() -> None:
+    port = Port(500.0, ((20.0, 0.1),), capacitance_slope=-0.4)
+    below, beyond = PiecewiseLinear.step(2.4), PiecewiseLinear.step(2.6)
+    assert np.isfinite(answers([port], below, T)).all()
+    assert np.isnan(answers([port], beyond, T)).all()
+
+
 def test_windows_of_time_give_what_the_whole_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """A charge that saturates at once, solved from zero, which Newton's method does not manage for all times."""
     port = Port(1e4, ((50.0, 1e-3),), 2.0, saturation_voltage=0.4)
