@@ -152,7 +152,10 @@ def beside(
     costly: bool,
     progress: Progress,
 ) -> ClockProfile:
-    """Return a clock's profile with what a ``rival`` prediction of displacement ``k`` admits, if it is as likely."""
+    """Return a clock's profile with what a ``rival`` prediction of displacement ``k`` admits, too.
+
+    One that is clearly less likely, or cannot be fitted, admits nothing.
+    """
     with suppress(IlgError):
         other, its = clocked(_refitted(found, k, rival, d, progress), k, rival, d, own.onset, costly, progress)
         ratio = max(other.rms_of(k), 1e-300) / max(found.rms_of(k), 1e-300)

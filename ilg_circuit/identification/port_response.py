@@ -64,7 +64,9 @@ def current_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> t
 
 def voltages_of(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
     """Return the voltages [V] (ports, samples) of ``ports`` under a current, as `currents_of`."""
-    return (modal_voltages if ports[0].linear else _answered)(ports, drive, t)
+    if ports[0].linear:
+        return modal_voltages(ports, drive, t)
+    return answers(ports, drive, t, by_current=True)
 
 
 def voltage_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> tuple[Array, Array] | None:
@@ -72,10 +74,6 @@ def voltage_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> t
     if ports[0].linear:
         return modal_voltage_slopes(ports, drive, t)
     return answer_slopes(ports, drive, t, STEP, by_current=True)
-
-
-def _answered(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
-    return answers(ports, drive, t, by_current=True)
 
 
 def _electrons_apart(port: Port) -> bool:

@@ -45,8 +45,8 @@ def fit_best(
     rms; a candidate whose rms is smaller by a factor of `CLEAR` does not lose. A model with a parameter that is not
     determined, or whose best fit was reached from one start only, is not chosen. A sinh electron path or a growing
     capacitance is tried if voltages differ and the best linear model's residuals exceed the individual fits', or, of
-    one file, are large; a saturating charge only where no model describes the data well. Raises SolveError if no model
-    can be fitted.
+    one file, are large; a saturating charge only where no model can be fitted or describes the data well. Raises
+    SolveError if no model can be fitted.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
