@@ -1,4 +1,4 @@
-"""Minimises a sum of squares: Levenberg-Marquardt by lmfit, followed by Gauss-Newton steps.
+"""Minimises a sum of squares: Levenberg-Marquardt of MINPACK, by lmfit or for trials directly, then Gauss-Newton steps.
 
 The minimiser's own report of success is not used. A descent is accepted only at a minimum: Bates and Watts' relative
 offset (Technometrics 23, 179, 1981), the part of the residuals in the tangent plane, is negligible, and the Jacobian is
@@ -81,6 +81,23 @@ def levenberg_marquardt(
     return best[1] if found.aborted else at(found.params)
 
 
+def descended(residuals: Residuals, jacobian: Jacobian, start: Array, *, ftol: float, xtol: float, most: int) -> Array:
+    """Return the same as `levenberg_marquardt` for a trial, of which there are hundreds: by MINPACK without lmfit.
+
+    Raises ValueError where residuals are not finite.
+    """
+    from scipy.optimize import leastsq
+
+    def finite(x: Array) -> Array:
+        r = residuals(x)
+        if not np.isfinite(r).all():
+            raise ValueError("the residuals are not finite")
+        return r
+
+    how = {"ftol": ftol, "xtol": xtol, "gtol": 0.0, "maxfev": most}
+    return np.asarray(leastsq(finite, start, Dfun=jacobian, full_output=True, **how)[0])
+
+
 def descend(
     residuals: Residuals,
     jacobian: Jacobian,
@@ -100,7 +117,7 @@ def descend(
     problem = _Guarded(_remembering(residuals), _remembering(jacobian))
     if np.abs(problem.residuals(start)).max(initial=0.0) >= HUGE:
         return Run(start, np.inf, np.inf, np.inf)
-    end = levenberg_marquardt(problem.residuals, problem.jacobian, start, ftol=tolerance, xtol=tolerance, most=most)
+    end = descended(problem.residuals, problem.jacobian, start, ftol=tolerance, xtol=tolerance, most=most)
     return _polished(problem, end, rounding, polishes)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ..arrays import Array
@@ -56,7 +56,7 @@ class Search:
 def search(
     residuals: Residuals,
     jacobian: Jacobian,
-    starts: Sequence[Array],
+    starts: Iterable[Array],
     *,
     rounding: float = 0.0,
     tolerance: float = 1e-15,
@@ -65,7 +65,7 @@ def search(
     enough: int = 0,
     rough: float = 0.0,
 ) -> Search:
-    """Return the descents from all ``starts``, or until ``enough`` of them agree on the best minimum.
+    """Return the descents from all ``starts``, or until ``enough`` of them reach the same least sum of squares.
 
     With a tolerance ``rough`` all starts descend to that first, and only from there to ``tolerance``, if they are among
     the best. For the other arguments see `minimise.descend`.
@@ -82,7 +82,7 @@ def search(
     for start in starts:
         how = {"rounding": rounding, "tolerance": tolerance}
         runs.append(descend(residuals, jacobian, start, most=most, polishes=polishes, **how))
-        if enough and len(runs) >= enough and gather(runs, rounding).agreeing >= enough:
+        if enough and len(runs) >= enough and gather(runs, rounding).near(SAME) >= enough:
             break
     return gather(runs, rounding)
 

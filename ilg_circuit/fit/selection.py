@@ -70,7 +70,8 @@ def bic_on_independent(rms: Array, samples: Array, unknowns: int) -> float:
     ``rms`` (observations,) of residuals, ``samples`` (observations,) of them independent. The variances do not depend
     on the weights of the fit, so that fits of different weights can be compared.
     """
-    return 2 * float(samples @ np.log(rms)) + unknowns * float(np.log(samples.sum()))
+    least = np.finfo(float).tiny  # the squares of readings below 1e-154 are zero
+    return 2 * float(samples @ np.log(np.maximum(rms, least))) + unknowns * float(np.log(samples.sum()))
 
 
 def clearly_better(misfit: float, other: float) -> bool:

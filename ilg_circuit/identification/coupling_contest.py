@@ -23,8 +23,8 @@ from .film import Moving
 from .motion_laws import EC31, LAWS, MotionLaw
 from .window_search import FEWEST_SAMPLES, WINDOW_RATIO, Begin, WindowSearch, describes
 
-#: Readings of a file in the search for its window.
-_FEW = 500
+#: Readings of a file in the search for its window, and the relative change of sums of squares that ends its descents.
+_FEW, _ROUGH = 500, 1e-5
 #: Difference of BIC that tells one law from another: below it the evidence is worth no more than a bare mention.
 _MENTIONED = 2.0
 #: Ratio of errors of prediction below which two laws predict alike.
@@ -148,7 +148,7 @@ def _of_longest(strand: Strand, laws: Sequence[MotionLaw], progress: Progress) -
 def _describe(few: Strand, laws: Sequence[MotionLaw], end: float, progress: Progress) -> bool:
     """Return whether any law describes a file up to ``end`` [s], whose parameters the data determine."""
     for law in laws:
-        trial = few.trial(law, end, starts=1)
+        trial = few.trial(law, end, starts=1, tolerance=_ROUGH)
         if trial is not None and trial.determined and described(few, trial):
             return True
         if progress:

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import IlgError
 from ..fit.criteria import effective_samples, structured
-from ..fit.minimise import levenberg_marquardt
+from ..fit.minimise import descended
 from .coupling_trials import Strand, Trial, basis_of, begun, coordinates_of, reason_against, shape_at
 from .motion_laws import MotionLaw
 
@@ -157,7 +157,7 @@ class Together:
             return last[1]
 
         try:
-            x = levenberg_marquardt(
+            x = descended(
                 lambda x: at(x)[0],
                 lambda x: at(x)[1],
                 self.x,

@@ -17,7 +17,7 @@ from ..arrays import Array
 from ..errors import IlgError, InputError
 from ..fit.criteria import effective_samples, structured
 from ..fit.identifiability import DETERMINED
-from ..fit.minimise import levenberg_marquardt
+from ..fit.minimise import descended
 from ..measurements.rest import Rest
 from ..strip.actuator import Actuator
 from .coupling_waves import Waves
@@ -145,23 +145,38 @@ class Strand:
         """The rest and the drift as linear terms (samples, 2)."""
         return np.column_stack([np.ones(len(self.t)), self.t])
 
-    def trial(self, law: MotionLaw, end: float, near: Sequence[Array] = (), starts: int = _STARTS) -> Trial | None:
+    def trial(
+        self,
+        law: MotionLaw,
+        end: float,
+        near: Sequence[Array] = (),
+        starts: int = _STARTS,
+        tolerance: float = _TOLERANCE,
+    ) -> Trial | None:
         """Return the fit of a law up to ``end`` [s], of several ``starts`` and the shapes ``near``; None without.
 
-        A drift is fitted or held as by `displacement.WindowSearch.attempt`.
+        A descent ends at a relative change of ``tolerance`` of the sum of squares. A drift is fitted or held as by
+        `displacement.WindowSearch.attempt`.
         """
         drift = self.rest.bounds_drift
-        best = self._best(law, end, near, starts, 1 + drift, 0.0)
+        best = self._best(law, end, near, starts, 1 + drift, 0.0, tolerance)
         if best is None or not drift:
             return best and best[0]
         found, slope = best
         held = self.rest.nearest(slope)
         if held != slope:
-            best = self._best(law, end, [found.shape], 0, 1, held)
+            best = self._best(law, end, [found.shape], 0, 1, held, tolerance)
         return best and best[0]
 
     def _best(
-        self, law: MotionLaw, end: float, near: Sequence[Array], most: int, terms: int, held: float
+        self,
+        law: MotionLaw,
+        end: float,
+        near: Sequence[Array],
+        most: int,
+        terms: int,
+        held: float,
+        tolerance: float,
     ) -> tuple[Trial, float] | None:
         count = int(np.searchsorted(self.t, end, side="right"))
         y, beside = self.values[:count] - held * self.t[:count], self.beside[:count, :terms]
@@ -174,7 +189,7 @@ class Strand:
         problem = _Projected(law, self.waves(law), y, beside)
         for start in starts:
             try:
-                x = problem.descended(coordinates_of(law, start))
+                x = problem.descended(coordinates_of(law, start), tolerance)
             except (IlgError, ValueError, np.linalg.LinAlgError):
                 continue
             if best is None or problem.squares(x) < problem.squares(best[0]) * (1 - 1e-6):
@@ -228,7 +243,7 @@ class _Projected:
         self._solve(x)
         return -(self._along - (self._along @ self._q) @ self._q.T).T
 
-    def descended(self, start: Array) -> Array:
+    def descended(self, start: Array, tolerance: float) -> Array:
         """Return the coordinates of the minimum from ``start``. Raises SolveError or ValueError where there is none."""
         scale = float(np.abs(self.y).max()) or 1.0
 
@@ -237,12 +252,12 @@ class _Projected:
                 raise ValueError("the fit ran away")
             return self.residuals(x) / scale
 
-        return levenberg_marquardt(
+        return descended(
             residuals,
             lambda x: self.jacobian(x) / scale,
             start,
-            ftol=_TOLERANCE,
-            xtol=_TOLERANCE**0.8,
+            ftol=tolerance,
+            xtol=tolerance**0.8,
             most=_EVALUATIONS,
         )
 

@@ -6,8 +6,9 @@ from the best minimum; the number of descents that reached it is a measure of co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -24,7 +25,7 @@ _SETS = 64
 #: Decades about the suggested start within which scattered starts lie, in each round.
 _DECADES = (0.3, 1.0, 2.0)
 _FITS, _MORE_FITS = 5, 8
-_EVALUATIONS = 100
+_EVALUATIONS = 60
 #: Number of descents to the same best minimum at which the search stops.
 _AGREEING = 3
 _SAMPLES = 300
@@ -51,9 +52,9 @@ def search_starts(
     rounding = len(cheap.data) * (_ROUNDING * size) ** 2
     random = np.random.default_rng(seed)
     origin = cheap.scales.coordinates(start)
-    found = _descents(cheap, [origin, *_scattered(cheap, origin, random, _FITS)], rounding)
+    found = _descents(cheap, chain([origin], _scattered(cheap, origin, random, _FITS)), rounding)
     if found.near(1e2 * SAME) < 2:
-        around = [origin, *_scattered(cheap, found.best.parameters, random, _MORE_FITS)]
+        around = chain([origin], _scattered(cheap, found.best.parameters, random, _MORE_FITS))
         found = gather([*found.runs, *_descents(cheap, around, rounding).runs], rounding)
     best = found.best.sum_of_squares
     require_near(cheap, found.best.parameters, origin)
@@ -111,7 +112,7 @@ def _thinned_problem(problem: Problem, at_times: Callable[[Array], Predict], t: 
     return replace(problem, observations=(few,))
 
 
-def _descents(problem: Problem, starts: Sequence[Array], rounding: float) -> Search:
+def _descents(problem: Problem, starts: Iterable[Array], rounding: float) -> Search:
     evaluate = Evaluation(problem)
 
     def residuals(x: Array) -> Array:
@@ -128,20 +129,18 @@ def _descents(problem: Problem, starts: Sequence[Array], rounding: float) -> Sea
 
     return search(
         residuals, jacobian, starts,
-        tolerance=1e-9, rounding=rounding, most=_EVALUATIONS, polishes=4, enough=_AGREEING,
+        tolerance=1e-9, rounding=rounding, most=_EVALUATIONS, polishes=1, enough=_AGREEING,
     )  # fmt: skip
 
 
-def _scattered(problem: Problem, centre: Array, random: np.random.Generator, count: int) -> list[Array]:
-    """Return the best of each of ``count`` groups of starts around ``centre``."""
+def _scattered(problem: Problem, centre: Array, random: np.random.Generator, count: int) -> Iterator[Array]:
+    """Yield the best of each of ``count`` groups of starts around ``centre``, each predicted when it is asked for."""
     decades = np.resize(_DECADES, _SETS)[:, None] * np.log(10)
     sets = centre + decades * random.uniform(-1, 1, (_SETS, len(centre)))
-    groups = []
     for group in np.array_split(sets, count):
         try:
             squares = problem.sum_of_squares(group)
         except (InputError, SolveError):
             continue
         if np.isfinite(squares).any():
-            groups.append(group[int(np.nanargmin(squares))])
-    return groups
+            yield group[int(np.nanargmin(squares))]

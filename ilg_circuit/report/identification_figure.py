@@ -76,6 +76,8 @@ def _record(result: Identification) -> Figure:
     caption(axes[0], title)
     _drive(result, axes[-1])
     _since_onset(result, axes[-1])
+    for panel in axes[:-1]:
+        _without_minor_ticks(panel)
     for panel in axes[: 2 * len(names) : 2]:
         if (inside := panel.get_legend()) is not None:
             inside.remove()
@@ -183,6 +185,16 @@ def _since_onset(result: Identification, panel: Axes) -> None:
         panel.set_xscale("log")
         panel.set_xlim(after[0], after[-1])
     panel.set_xlabel("time since the onset [s]")
+
+
+def _without_minor_ticks(panel: Axes) -> None:
+    """Leave the minor ticks of a shared time axis to the other panels: each is drawn as slowly as a label."""
+    from matplotlib.axis import Ticker
+    from matplotlib.ticker import NullFormatter, NullLocator
+
+    panel.xaxis.minor = Ticker()  # the one that it has is shared
+    panel.xaxis.set_minor_locator(NullLocator())
+    panel.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _of_step(result: Identification) -> bool:

@@ -2,9 +2,10 @@
 
 In every step the states are cubics that fulfil the equations at three points, the last of which is the step's end
 (Radau IIA, order 5; Hairer and Wanner 1996, section IV.5): where states decay the equations have one solution, however
-fast they do. Newton's method solves all steps together: each of its own is one banded system, and the last one gives
-the derivatives too. A step is split where its cubic misses the equations at its beginning. This is much faster than an
-engine that goes from step to step, and approximates as it does: an engine judges what a fit makes of it.
+fast they do. Newton's method solves all steps together: each of its own is one banded system, or a recursion of each
+state, and the last one gives the derivatives too. A step is split where its cubic misses the equations at its
+beginning. This is much faster than an engine that goes from step to step, and approximates as it does: an engine judges
+what a fit makes of it.
 """
 
 from __future__ import annotations
@@ -21,14 +22,15 @@ from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
 from ..strip.port import Port
+from .modes import recursion
 
 #: What a cubic may miss over a step, relative to the largest state.
 _ACCURACY = 2e-6
-#: Change of the states, relative to the largest, at which Newton's method has converged: its square is left. Largest
-#: number of its steps.
-_CONVERGED, _MOST_STEPS = 1e-6, 20
+#: Change of the states, relative to the largest, at which Newton's method has converged: its square is left. The same
+#: before steps are split, and the largest number of its steps.
+_CONVERGED, _ROUGHLY, _MOST_STEPS = 1e-6, 1e-3, 20
 #: Rounds of splitting; largest number of parts of a step in each; largest number of steps.
-_ROUNDS, _MOST_PARTS, _MOST_NODES = 8, 8, 50_000
+_ROUNDS, _MOST_PARTS, _MOST_NODES = 16, 8, 50_000
 #: Steps in the first window of time where Newton's method does not converge for all of them; largest number of windows.
 _WINDOW, _MOST_WINDOWS = 32, 300
 _UNSOLVED = "the port's equations take more steps than are sensible: its values are out of all proportion"
@@ -218,32 +220,49 @@ class _Solution:
     def changed(self, slopes: Array, right: Array) -> Array:
         """Return the changes (n, 3, m, p) of the states that make up for ``right`` (n, 3, m, p).
 
-        States whose rates depend on themselves alone, with ``slopes`` (n, 3, m), are as many systems of one state.
+        ``slopes`` (n, 3, m, m) are those of the rates, (n, 3, m) where each depends on its own state alone.
         """
-        if slopes.ndim == 3:
-            apart = np.moveaxis(slopes, 2, 0)[..., None, None], np.moveaxis(right, 2, 0)[:, :, :, None]
-            return np.moveaxis(self._banded(*apart)[:, :, :, 0], 0, 2)
-        return self._banded(slopes[None], right[None])[0]
+        return self._each(slopes, right) if slopes.ndim == 3 else self._banded(slopes, right)
+
+    def _each(self, slopes: Array, right: Array) -> Array:
+        """Return what `changed` does of states that do not depend on each other.
+
+        The three equations of a step are solved by their cofactors, and its end follows from its begin.
+        """
+        along = np.ascontiguousarray(self.mesh.steps * slopes.transpose(1, 2, 0))  # times last: products run along them
+        within = np.eye(3)[:, :, None, None] - _WEIGHTS[:, :, None, None] * along
+        down, twice = within[[1, 2, 0]], within[[2, 0, 1]]
+        cofactors = down[:, [1, 2, 0]] * twice[:, [2, 0, 1]] - down[:, [2, 0, 1]] * twice[:, [1, 2, 0]]
+        cofactors /= (within[0] * cofactors[0]).sum(axis=0)
+        given = np.ascontiguousarray(right.transpose(1, 3, 2, 0))
+        found = cofactors[0, :, None] * given[0]
+        for k in (1, 2):
+            found += cofactors[k, :, None] * given[k]
+        kept = cofactors.sum(axis=0)[:, None]  # of a change of the state where the step begins
+        forth, gained = (np.ascontiguousarray(np.moveaxis(x, -1, 0)) for x in np.broadcast_arrays(kept[2], found[2]))
+        ends = recursion(forth, gained, np.zeros(found.shape[1:3]))
+        found[..., 1:] += kept[..., 1:] * np.moveaxis(ends, 0, -1)[..., :-1]
+        return found.transpose(3, 0, 2, 1)
 
     def _banded(self, slopes: Array, right: Array) -> Array:
-        """Return what `changed` does of k systems: of ``slopes`` (k, n, 3, m, m) and ``right`` (k, n, 3, m, p)."""
+        """Return what `changed` does of states that depend on each other."""
         from scipy.linalg import solve_banded
 
-        systems, count, _, m, columns = right.shape
-        size, whole = 3 * m, systems * count
+        count, _, m, columns = right.shape
+        size = 3 * m
         # within a step (3, m) by (3, m)
-        blocks = -self.mesh.steps[:, None, None, None, None] * np.einsum("ij,knjab->kniajb", _WEIGHTS, slopes)
-        blocks = blocks.reshape(whole, size, size) + np.eye(size)
+        blocks = -self.mesh.steps[:, None, None, None, None] * np.einsum("ij,njab->niajb", _WEIGHTS, slopes)
+        blocks = blocks.reshape(count, size, size) + np.eye(size)
         lower, upper = size + m - 1, size - 1
-        bands = np.zeros((lower + upper + 1, whole, size))
+        bands = np.zeros((lower + upper + 1, count, size))
         for i in range(size):
             for j in range(size):
                 bands[upper + i - j, :, j] = blocks[:, i, j]
-            # and of the state before it, which is none where a system begins
+            # and of the state before it
             earlier = size - m + i % m
-            bands[upper + size + i - earlier, :, earlier] = np.where(np.arange(1, whole + 1) % count, -1.0, 0.0)
+            bands[upper + size + i - earlier, :, earlier] = -1.0
         found = solve_banded(
-            (lower, upper), bands.reshape(-1, whole * size), right.reshape(whole * size, columns), check_finite=False
+            (lower, upper), bands.reshape(-1, count * size), right.reshape(count * size, columns), check_finite=False
         )
         return np.asarray(found.reshape(right.shape))
 
@@ -307,13 +326,16 @@ def _solved(equations: _Equations, drive: PiecewiseLinear, t: Array) -> _Solutio
     bound = equations.bound(most)
     start = equations.rest(drive.rest)
     mesh = _Mesh.of(drive, nodes)
-    guess = np.tile(start, (len(mesh.steps), 3, 1))
+    guess, converged = np.tile(start, (len(mesh.steps), 3, 1)), _ROUGHLY
     for _ in range(_ROUNDS):
-        found = _newton(_Solution(equations, mesh, start, guess), bound)
+        found = _newton(_Solution(equations, mesh, start, guess), bound, converged)
         solution = _in_windows(equations, drive, mesh, start, bound) if found is None else found
         parts = solution.parts()
         if (parts == 1).all():
-            return solution
+            if converged == _CONVERGED or found is None:
+                return solution
+            mesh, guess, converged = solution.mesh, solution.states, _CONVERGED
+            continue
         mesh = solution.mesh.split(drive, parts)
         known = np.append(0.0, solution.mesh.points.ravel())
         states = np.concatenate([start[None], solution.states.reshape(-1, len(start))])
@@ -321,7 +343,7 @@ def _solved(equations: _Equations, drive: PiecewiseLinear, t: Array) -> _Solutio
     raise SolveError(_UNSOLVED)
 
 
-def _newton(guess: _Solution, bound: float) -> _Solution | None:
+def _newton(guess: _Solution, bound: float, converged: float = _CONVERGED) -> _Solution | None:
     """Return the solution from a guess, None where Newton's method does not converge."""
     for _ in range(_MOST_STEPS):
         with np.errstate(all="ignore"):
@@ -332,7 +354,7 @@ def _newton(guess: _Solution, bound: float) -> _Solution | None:
         states = np.clip(guess.states + change, -bound, bound)
         moved = np.abs(states - guess.states).max()
         guess = replace(guess, states=states)
-        if moved <= _CONVERGED * max(np.abs(states).max(), np.abs(guess.start).max(), 1e-300):
+        if moved <= converged * max(np.abs(states).max(), np.abs(guess.start).max(), 1e-300):
             return guess
     return None
 
