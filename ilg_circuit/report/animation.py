@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import shutil
+import warnings
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from ..errors import InputError
 from ..files import replacing, require_writable
-from .axes import COLOURS, Figure
+from .axes import COLOURS, Figure, as_written
 from .look import finish
 
 #: Largest number of frames of an animation; a GIF with more would be too large to show.
@@ -31,9 +32,14 @@ def require_animation(path: Path) -> None:
 
 
 def write_frames(
-    figure: Figure, path: Path, frames: Sequence[int], draw: Callable[[int], None], frames_per_second: float
+    figure: Figure,
+    path: Path,
+    frames: Sequence[int],
+    draw: Callable[[int], None],
+    moving: Sequence[Any],
+    frames_per_second: float,
 ) -> None:
-    """Write an animation: ``draw`` changes the ``figure`` for each of ``frames``.
+    """Write an animation: ``draw`` changes the ``moving`` artists of the ``figure`` for each of ``frames``.
 
     The layout is that of the figure as it is given: computing it for each frame is slow and makes the picture jitter.
     """
@@ -45,9 +51,42 @@ def write_frames(
     kind: Any = FFMpegWriter if path.suffix.lower() == ".mp4" else _gif_writer()
     writer = kind(fps=frames_per_second)
     with replacing(path) as temporary, writer.saving(figure, str(temporary), dpi=min(figure.dpi, _MOST_SHARP)):
+        writer.fig = _Pictures(figure, moving, writer.dpi)
         for frame in frames:
             draw(frame)
             writer.grab_frame()
+
+
+class _Pictures:
+    """A figure for a writer of animations: what stands still is drawn once, and what is ``moving`` upon it."""
+
+    def __init__(self, figure: Figure, moving: Sequence[Any], dpi: float) -> None:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        figure.set_dpi(dpi)
+        canvas: Any = FigureCanvasAgg(figure)
+        self._moving = sorted(moving, key=lambda artist: artist.get_zorder())
+        for artist in moving:
+            artist.set_animated(True)
+        canvas.draw()
+        self._canvas, self._still = canvas, canvas.copy_from_bbox(figure.bbox)
+        self.get_size_inches = figure.get_size_inches
+
+    def set_size_inches(self, *size: float) -> None:
+        """Keep the size, which the writer sets again before every frame."""
+
+    def savefig(self, file: IO[bytes], **_: Any) -> None:
+        """Write the pixels as they are now."""
+        from matplotlib.text import Text
+
+        self._canvas.restore_region(self._still)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+            for artist in self._moving:
+                if isinstance(artist, Text):
+                    as_written(artist)
+                artist.draw(self._canvas.get_renderer())
+        file.write(self._canvas.buffer_rgba())
 
 
 @lru_cache(maxsize=1)

@@ -123,6 +123,13 @@ def blank(size: tuple[float, float], dpi: int = _SCREEN, *, stacked: float | Non
     return figure
 
 
+def as_written(words: Any) -> None:
+    """Show a text without formulas, and its control characters as text."""
+    words.set_parse_math(False)
+    words.set_usetex(False)
+    words.set_text("\n".join(map(visible, words.get_text().split("\n"))))
+
+
 @lru_cache(maxsize=1)
 def _figure_class() -> Any:
     """Return the class of all figures, which draws text as it is written.
@@ -147,10 +154,7 @@ def _figure_class() -> Any:
             ticks = (tick for axis in powers for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()))
             formulas = {label for tick in ticks for label in (tick.label1, tick.label2)}
             for words in set(self.findobj(Text)) - formulas:
-                assert isinstance(words, Text)
-                words.set_parse_math(False)
-                words.set_usetex(False)
-                words.set_text("\n".join(map(visible, words.get_text().split("\n"))))
+                as_written(words)
             saving = self.canvas.is_saving()
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)

@@ -183,10 +183,12 @@ def animate(
     rods = stage.plot([], [], color=BLUE, linewidth=0.5)[0]
     _frame(stage, scale, motion, unit)
     heading = stage.set_title("", fontsize="medium")
+    moving: list[Any] = [path_line, body, rods, heading]
     if portrait is not None:
         (side,) = sides
         side.plot(*portrait, color=GREY, linewidth=0.9)
         point = side.plot([], [], "o", color=ORANGE, markersize=6)[0]
+        moving.append(point)
         side.set(xlabel=portrait_labels[0], ylabel=portrait_labels[1])
         side.grid(alpha=0.25, linewidth=0.6)
     heading.set_text(title(motion))
@@ -200,7 +202,7 @@ def animate(
         if portrait is not None:
             point.set_data([portrait[0][frame]], [portrait[1][frame]])
 
-    write_frames(figure, target, frames.tolist(), draw, (count - 1) / duration)
+    write_frames(figure, target, frames.tolist(), draw, moving, (count - 1) / duration)
 
 
 def title(motion: Motion) -> str:

@@ -100,7 +100,7 @@ def animate(shape: Shape, path: str | Path) -> None:
         title.set_text(f"{shape.text}{faster}: {shape.time[frame]:.5g} s")
 
     draw(int(frames[-1]))
-    write_frames(figure, target, frames.tolist(), draw, max(count - 1, 1) / lasts)
+    write_frames(figure, target, frames.tolist(), draw, (path_line, strip, title), max(count - 1, 1) / lasts)
 
 
 def _strips(shape: Shape, panel: Axes, **style: Any) -> Axes:
