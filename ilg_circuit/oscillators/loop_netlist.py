@@ -19,10 +19,12 @@ from ..units import require_positive
 from .netlist import DECK_OPTIONS, TOLERANCES, netlist_text
 from .reflex import Loop
 
-#: Steps of the first grid in the neurons' shorter time constant; steps are halved until the waves stand.
-_STEPS_PER_CONSTANT = 250
+#: Steps of the first grid in the neurons' shorter time constant; largest ratio of two grids.
+_STEPS_PER_CONSTANT, _FINER = 250, 8
+#: Factor by which an error by two grids is stated larger than it is if switches fall alike in the steps of both.
+_CAUTION = 2.0
 _MOST_POINTS = 1_000_000
-#: Change of the waves by the last halving, relative to the largest, that ends it.
+#: Error of the waves, relative to the largest, at which grids are fine enough.
 ACCURACY = 1e-6
 
 
@@ -70,8 +72,9 @@ def loop_solve(loop: Loop, start: Array, duration: float, points: int) -> tuple[
 def loop_by_ngspice(loop: Loop, start: Array, times: Array) -> tuple[Array, Array, float]:
     """Return x (t, n) and angles (t, units) [rad] at ``times`` [s], and their error relative to the largest.
 
-    Where in a step a neuron switches is chance, so nothing is extrapolated: steps are halved until the waves stand by
-    1e-6, or as long as memory allows, and the last change is the error. Raises InputError for a run that is too long.
+    The trapezoidal error goes with the square of the step, but a neuron switches anywhere in a step: what two grids
+    differ by says twice the error of the finer. The next one is finer by a whole number, as that error asks for, until
+    it is 1e-6 or memory ends. Raises InputError for a run that is too long.
     """
     from scipy.interpolate import CubicSpline
 
@@ -81,14 +84,18 @@ def loop_by_ngspice(loop: Loop, start: Array, times: Array) -> tuple[Array, Arra
     points = max(200, int(np.ceil(end / step)))
     if 2 * points > _MOST_POINTS:
         raise InputError(f"{end:g} s take {2 * points} steps of ngspice; at most {_MOST_POINTS} are possible")
-    before, error = None, np.inf
-    while error > ACCURACY and points <= _MOST_POINTS:
-        grid, inner, angles = loop_solve(loop, start, end, points)
-        if before is not None:
-            pairs = ((inner, before[0]), (angles, before[1]))
-            error = max(float(np.abs(a[:, ::2] - b).max() / (np.abs(a).max() or 1.0)) for a, b in pairs)
-        before, points = (inner, angles), 2 * points
-    states, bent = (np.asarray(CubicSpline(grid, waves.T)(times)) for waves in (inner, angles))
+    _, *before = loop_solve(loop, start, end, points)
+    error, finer = np.inf, 2
+    while error > ACCURACY and finer * points <= _MOST_POINTS:
+        points *= finer
+        grid, *waves = loop_solve(loop, start, end, points)
+        pairs = zip(waves, before, strict=True)
+        change = max(float(np.abs(a[:, ::finer] - b).max() / (np.abs(a).max() or 1.0)) for a, b in pairs)
+        expected = error / finer**2 if np.isfinite(error) else 0.0  # by the grids before
+        error = max(_CAUTION * change / (finer**2 - 1), expected)
+        most = _MOST_POINTS // points
+        before, finer = waves, max(min(int(np.ceil(np.sqrt(error / ACCURACY))), _FINER, most), 2)
+    states, bent = (np.asarray(CubicSpline(grid, wave.T)(times)) for wave in waves)
     return states, bent, error
 
 

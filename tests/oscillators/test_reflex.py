@@ -98,6 +98,17 @@ def test_one_netlist_of_all_agrees_within_a_millionth(strip: Any, gain: float, e
         assert other == pytest.approx(mine, abs=1e-6 * np.abs(mine).max())
 
 
+@pytest.mark.parametrize(("inhibition", "gain"), [(2.5, 414.0), (3.4, -29.0), (4.4, -75.0)])
+def test_the_error_of_one_netlist_is_told(inhibition: float, gain: float) -> None:
+    times = np.linspace(0, 0.8, 301)
+    loop = looped(unit(inhibition), PAPER, gain)
+    ours, spice = run_loop(loop, times), run_loop(loop, times, engine="ngspice")
+    pairs = [(ours.inner, spice.inner), (ours.angles, spice.angles)]
+    true = max(float(np.abs(a - b).max() / np.abs(a).max()) for a, b in pairs)
+    assert true <= spice.error <= 1e-6
+    assert spice.error < 4 * true
+
+
 @cache
 def response_of_phase() -> tuple[float, Array, Array]:
     """Return period of the free unit, times (n,) on its cycle, and the advance of its phase (n,) by an input s."""
