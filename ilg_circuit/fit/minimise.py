@@ -95,7 +95,8 @@ def descended(residuals: Residuals, jacobian: Jacobian, start: Array, *, ftol: f
         return r
 
     how = {"ftol": ftol, "xtol": xtol, "gtol": 0.0, "maxfev": most}
-    return np.asarray(leastsq(finite, start, Dfun=jacobian, full_output=True, **how)[0])
+    with np.errstate(all="ignore"):  # of a covariance that is not used
+        return np.asarray(leastsq(finite, start, Dfun=jacobian, full_output=True, **how)[0])
 
 
 def descend(
