@@ -24,9 +24,10 @@ _FIRST, _CLOSER, _LOOKS = 5, 9, 6
 _ROUGH_LOOKS = 2
 #: Difference of deviances below which places are equally likely.
 _FLAT = 0.3
-#: Square of the normal quantile of 95 %. Of two models of as many parameters the one that is worse by more is the true
-#: one in 2.5 % at most.
-LEVEL = 3.84
+#: Difference of deviances up to which a place is admitted: 95 % for a parameter that goes with the place, which may lie
+#: at its bound; chi-square of no, one and two degrees of freedom with weights 1/4, 1/2 and 1/4 (Self and Liang, J. Am.
+#: Stat. Assoc. 82, 1987, 605). For a parameter that does not go with it, the square of the normal quantile.
+LEVEL, _ALONE = 4.23, 3.84
 #: Normal quantiles of one side and of two, of 95 %, and the number of bisections between them.
 _ONE_SIDED, _TWO_SIDED, _HALVINGS = 1.6448536269514722, 1.959963984540054, 30
 #: Distance below which two places are the same, relative to the bounds.
@@ -121,14 +122,18 @@ class BoundedProfile:
         ``quantile`` (n,) is Student's. The intervals follow from the joint profile likelihood; ``errors`` are standard
         errors at the middle, scaled elsewhere by the square roots of the covariances' diagonals. Beside a range whose
         places the data do not distinguish they are shorter, as by Imbens and Manski: the truth has one place in it.
-        Where the data distinguish them they are not: the range's ends are then uncertain themselves.
+        Where the data distinguish them, the range's ends are uncertain themselves, and one may be a bound: intervals
+        are longer by up to 5 %, the more the quantity goes with the place.
         """
         sizes = np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2))
         at_middle = _between(self.places, sizes, self.middle)
         there = errors * np.divide(sizes, at_middle, out=np.ones_like(sizes), where=at_middle > 0)
         ranges = np.divide(np.abs(self.range), errors, out=np.zeros_like(errors), where=errors > 0)
-        shorter = _one_sided(ranges) if float(self.deviance.max()) < _FLAT else np.ones_like(errors)
-        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / LEVEL, 0.0)) * shorter * quantile * there
+        if float(self.deviance.max()) < _FLAT:
+            share = _one_sided(ranges)
+        else:
+            share = np.sqrt(1 + (LEVEL / _ALONE - 1) * np.arctan(ranges / 2) * 2 / np.pi)
+        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / LEVEL, 0.0)) * share * quantile * there
         inside = self.deviance <= LEVEL
         middle = _between(self.places, self.coordinates, self.middle)
         ends = np.array([_between(self.places, self.coordinates, x) for x in self.admitted])

@@ -242,8 +242,11 @@ def _faults(code: int, out: str, err: str, folder: Path, before: dict[str, bytes
         return f"refused, and wrote {new[0].name}"
     if any((folder / name).read_bytes() != text for name, text in before.items()):
         return "an input was changed"
+    told = out
+    for path in new:  # whose names are the user's
+        told = told.replace(path.name, "")
     return next(filter(None, (_partial(path) for path in new)), "") or (
-        f"not a number on stdout: {out[:2000]!r}" if code == 0 and _NOT_A_NUMBER.search(out) else ""
+        f"not a number on stdout: {out[:2000]!r}" if code == 0 and _NOT_A_NUMBER.search(told) else ""
     )
 
 
