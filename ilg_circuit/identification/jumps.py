@@ -25,7 +25,7 @@ from ..measurements.voltage import MeasuredDrive
 
 #: Most jumps whose places are fitted, and most readings times jumps.
 _MOST_JUMPS, _LARGE = 200, 20_000_000
-#: Step of a place for derivatives, in standard deviations.
+#: Step of a place for derivatives, in standard deviations, and how far places move before these are computed again.
 _STEP = 0.3
 #: Effect of all places on the residuals, in their standard deviations, below which no parameter feels it.
 _FELT = 0.1
@@ -156,9 +156,12 @@ def placed(
     both = _changes(found, files, observe, places, [steps * deviation])
     if float(np.linalg.norm(both)) < _STEP * _FELT * float(np.sqrt(np.mean(found.residuals**2))):
         return found, tuple(files), np.zeros((len(found.residuals), 0))
+    columns, since = np.zeros((len(found.residuals), 0)), np.inf
     for last in (*[False] * (_ROUNDS - 1), True):
-        steps = _inward(places / unit, ends)
-        columns = _changes(found, files, observe, places, list(np.diag(steps * deviation))) / steps
+        if since > _STEP:
+            steps = _inward(places / unit, ends)
+            columns = _changes(found, files, observe, places, list(np.diag(steps * deviation))) / steps
+            since = 0.0
         step, spread = _step(found, columns, places / unit, ends, telling)
         if last or float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED:
             break
@@ -172,6 +175,7 @@ def placed(
         except SolveError:
             break
         found, files, places = with_starts(again, found.starts), there, places + step * unit
+        since += float(np.abs(step).max())
     return found, tuple(files), columns @ spread
 
 
