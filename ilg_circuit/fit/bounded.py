@@ -59,7 +59,7 @@ class BoundedProfile:
 
     @cached_property
     def admitted(self) -> tuple[float, float]:
-        """The 95 % interval of the quantity: where the deviance stays below the quantile."""
+        """The interval of the quantity, of 95 % or more: where the deviance stays below `LEVEL`."""
         inside = np.flatnonzero(self.deviance <= LEVEL)
         low, high = float(self.places[inside[0]]), float(self.places[inside[-1]])
         return self._end(inside[0], -1, low), self._end(inside[-1], 1, high)

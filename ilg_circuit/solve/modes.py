@@ -68,9 +68,10 @@ def decomposed(system: StateSpace) -> tuple[Numbers, Numbers, Numbers, Numbers] 
     The first index of left eigenvectors, and the second of right ones, is that of the poles.
     """
     own = np.diagonal(system.a, axis1=1, axis2=2)
-    if np.count_nonzero(system.a) == np.count_nonzero(own):  # every state is a mode: branches without a common resistor
-        alone = np.broadcast_to(np.eye(own.shape[1]), system.a.shape)
-        return own, alone, alone, np.broadcast_to(np.arange(own.shape[1]), own.shape)
+    alone = np.count_nonzero(system.a) == np.count_nonzero(own) and np.isfinite(own).all()
+    if alone:  # every state is a mode: branches without a common resistor
+        same = np.broadcast_to(np.eye(own.shape[1]), system.a.shape)
+        return own, same, same, np.broadcast_to(np.arange(own.shape[1]), own.shape)
     # fast states first, so that slow poles keep their accuracy
     order = np.argsort(-np.abs(own), axis=1, kind="stable")
     one = np.arange(len(order))[:, None]
