@@ -24,10 +24,12 @@ _FIRST, _CLOSER, _LOOKS = 5, 9, 6
 _ROUGH_LOOKS = 2
 #: Difference of deviances below which places are equally likely.
 _FLAT = 0.3
-#: Difference of deviances up to which a place is admitted: 95 % for a parameter that goes with the place, which may lie
-#: at its bound; chi-square of no, one and two degrees of freedom with weights 1/4, 1/2 and 1/4 (Self and Liang, J. Am.
-#: Stat. Assoc. 82, 1987, 605). For a parameter that does not go with it, the square of the normal quantile.
-LEVEL, _ALONE = 4.23, 3.84
+#: Square of the normal quantile of 95 %: a place of a larger deviance is not admitted. Of two models of as many
+#: parameters the one that is worse by more is the true one in 2.5 % at most.
+LEVEL = 3.84
+#: The same for a parameter that goes with the place, where that may lie at its bound: chi-square of no, one and two
+#: degrees of freedom with weights 1/4, 1/2 and 1/4 (Self and Liang, J. Am. Stat. Assoc. 82, 1987, 605).
+_CORNER = 4.23
 #: Normal quantiles of one side and of two, of 95 %, and the number of bisections between them.
 _ONE_SIDED, _TWO_SIDED, _HALVINGS = 1.6448536269514722, 1.959963984540054, 30
 #: Distance below which two places are the same, relative to the bounds.
@@ -59,17 +61,21 @@ class BoundedProfile:
 
     @cached_property
     def admitted(self) -> tuple[float, float]:
-        """The interval of the quantity, of 95 % or more: where the deviance stays below `LEVEL`."""
-        inside = np.flatnonzero(self.deviance <= LEVEL)
-        low, high = float(self.places[inside[0]]), float(self.places[inside[-1]])
-        return self._end(inside[0], -1, low), self._end(inside[-1], 1, high)
+        """The 95 % interval of the quantity: where the deviance stays below `LEVEL`."""
+        return self._within(LEVEL)
 
-    def _end(self, k: int, side: int, place: float) -> float:
-        """Return the place beyond place ``k`` where the deviance reaches the quantile, by linear interpolation."""
-        if not 0 <= k + side < len(self.places):
-            return place
-        share = (LEVEL - self.deviance[k]) / (self.deviance[k + side] - self.deviance[k])
-        return place + float(share) * (float(self.places[k + side]) - place)
+    def _within(self, level: float) -> tuple[float, float]:
+        """Return the first and last place where the deviance is ``level``, by linear interpolation, or the bounds."""
+        inside = np.flatnonzero(self.deviance <= level)
+
+        def end(k: int, side: int) -> float:
+            place = float(self.places[k])
+            if not 0 <= k + side < len(self.places):
+                return place
+            share = (level - self.deviance[k]) / (self.deviance[k + side] - self.deviance[k])
+            return place + float(share) * (float(self.places[k + side]) - place)
+
+        return end(int(inside[0]), -1), end(int(inside[-1]), 1)
 
     @property
     def middle(self) -> float:
@@ -90,14 +96,14 @@ class BoundedProfile:
 
     def beside(self, other: BoundedProfile) -> BoundedProfile:
         """Return the profile with what another model of the same parameters admits; the estimate stays this model's."""
-        low, high = other.admitted
+        low, high = other._within(_CORNER)
         within = other.places[(other.places > low) & (other.places < high)]
         new = np.unique(np.concatenate([[low], within, [high]]))
         new = new[[np.abs(self.places - x).min() > _SAME_PLACE * max(abs(x), 1.0) for x in new]]
         if not len(new):
             return self
         places = np.concatenate([self.places, new])
-        deviance = np.minimum(np.interp(new, other.places, other.deviance), LEVEL)
+        deviance = np.minimum(np.interp(new, other.places, other.deviance), _CORNER)
         coordinates = [_between(other.places, other.coordinates, x) for x in new]
         covariances = [_between(other.places, other.covariances, x) for x in new]
         order = np.argsort(places)
@@ -132,11 +138,12 @@ class BoundedProfile:
         if float(self.deviance.max()) < _FLAT:
             share = _one_sided(ranges)
         else:
-            share = np.sqrt(1 + (LEVEL / _ALONE - 1) * np.arctan(ranges / 2) * 2 / np.pi)
-        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / LEVEL, 0.0)) * share * quantile * there
-        inside = self.deviance <= LEVEL
+            # a corner's weights go with its angle, and the admitted places are about two standard errors wide
+            share = np.sqrt(1 + (_CORNER / LEVEL - 1) * np.arctan(ranges / 2) * 2 / np.pi)
+        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / _CORNER, 0.0)) * share * quantile * there
+        inside = self.deviance <= _CORNER
         middle = _between(self.places, self.coordinates, self.middle)
-        ends = np.array([_between(self.places, self.coordinates, x) for x in self.admitted])
+        ends = np.array([_between(self.places, self.coordinates, x) for x in self._within(_CORNER)])
         low = np.minimum((self.coordinates - spare)[inside].min(axis=0), ends.min(axis=0))
         high = np.maximum((self.coordinates + spare)[inside].max(axis=0), ends.max(axis=0))
         return middle - low, high - middle
@@ -198,7 +205,7 @@ def profile_bounded(
         places, deviance, _ = trial.table
         if float(deviance.max()) < _FLAT:
             break
-        inside = np.flatnonzero(deviance <= LEVEL)
+        inside = np.flatnonzero(deviance <= _CORNER)
         first, last = max(inside[0] - 1, 0), min(inside[-1] + 1, len(places) - 1)
         if last - first > _CLOSER:
             break
@@ -307,7 +314,7 @@ class _Trial:
     def profile(self) -> BoundedProfile:
         """Return the profile; covariances are computed at admitted places, and copied from the nearest for others."""
         places, deviance, coordinates = self.table
-        inside = np.flatnonzero(deviance <= LEVEL)
+        inside = np.flatnonzero(deviance <= _CORNER)
         known = np.unique(inside[[0, len(inside) // 2, -1]])
         covariances = np.array([self._covariance(self._at(places[k]), coordinates[k]) for k in known])
         every = np.array([_between(places[known], covariances, place) for place in places])

@@ -38,6 +38,8 @@ _LONGEST_STEP = 1.0
 _ROUNDING = 1e-18
 #: Gauss-Newton steps of a fit near its minimum, and the relative offset that ends them.
 _NEAR_STEPS, _NEAR_OFFSET = 12, 1e-6
+#: Relative rise of the sum of squares that is rounding.
+_UPWARDS = 1e-9
 #: Relative change of the sum of squares that ends a leave-one-out fit.
 _LEFT_OUT = 1e-8
 
@@ -69,20 +71,24 @@ def fit_near(problem: Problem, start: Array, progress: Progress = None) -> FitRe
 
     Where residuals are more than noise, each step leaves a constant part of the distance to go: the steps are
     accelerated by Anderson's method (J. ACM 12, 547, 1965) of depth 1. They need less memory than a descent, which is
-    used if they do not converge. Raises SolveError as `fit`.
+    used if they do not converge, or lead upwards: that method is drawn to maxima, too. Raises SolveError as `fit`.
     """
     if len(problem.components()) > 1:
         return fit(problem, start, progress)
     evaluate, n = Evaluation(problem, progress), len(problem.labels)
     x = np.concatenate([problem.scales.coordinates(start), np.zeros(problem.nuisance.shape[1])])
     before: tuple[Array, Array] | None = None
+    least = np.inf
     for _ in range(_NEAR_STEPS):
         prediction, slopes = evaluate(x[:n])
         whole = np.column_stack([slopes, problem.nuisance])
         residuals = problem.data - prediction - problem.nuisance @ x[n:]
         step, offset, condition = gauss_newton(whole, -residuals)
-        if not condition < _CONDITION:
+        left = problem.projected(residuals)
+        squares = float(left @ left)
+        if not (condition < _CONDITION and squares <= least * (1 + _UPWARDS)):
             break
+        least = min(least, squares)
         if offset < _NEAR_OFFSET:
             return finished(problem, x[:n], x[n:], residuals, whole, offset=offset, evaluations=evaluate.count)
         gained = step

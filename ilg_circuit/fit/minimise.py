@@ -1,4 +1,4 @@
-"""Minimises a sum of squares: Levenberg-Marquardt of MINPACK, by lmfit or for trials directly, then Gauss-Newton steps.
+"""Minimises a sum of squares: MINPACK's Levenberg-Marquardt, by lmfit or in searches directly, then Gauss-Newton steps.
 
 The minimiser's own report of success is not used. A descent is accepted only at a minimum: Bates and Watts' relative
 offset (Technometrics 23, 179, 1981), the part of the residuals in the tangent plane, is negligible, and the Jacobian is
@@ -82,9 +82,9 @@ def levenberg_marquardt(
 
 
 def descended(residuals: Residuals, jacobian: Jacobian, start: Array, *, ftol: float, xtol: float, most: int) -> Array:
-    """Return the same as `levenberg_marquardt` for a trial, of which there are hundreds: by MINPACK without lmfit.
+    """Return the end of a descent of a search, of which there are hundreds: by the same method without lmfit.
 
-    Raises ValueError where residuals are not finite.
+    Where ``most`` evaluations end it, it is the last accepted step. Raises ValueError where residuals are not finite.
     """
     from scipy.optimize import leastsq
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..arrays import Array
 from .minimise import Jacobian, Residuals, Run, blur, descend
 
@@ -82,7 +84,8 @@ def search(
     for start in starts:
         how = {"rounding": rounding, "tolerance": tolerance}
         runs.append(descend(residuals, jacobian, start, most=most, polishes=polishes, **how))
-        if enough and len(runs) >= enough and gather(runs, rounding).near(SAME) >= enough:
+        sound = [run for run in runs if np.isfinite(run.sum_of_squares) and not run.degenerate]
+        if enough and len(sound) >= enough and gather(sound, rounding).near(SAME) >= enough:
             break
     return gather(runs, rounding)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import IlgError
-from ..fit.bounded import BoundedProfile, profile_bounded
+from ..fit.bounded import LEVEL, BoundedProfile, profile_bounded
 from ..fit.estimate import Estimate
 from ..fit.fitting import fit_near, with_starts
 from ..fit.observation import Observation
@@ -31,9 +31,6 @@ Observe = Callable[[Measured, float | Array], Observation]
 At = Callable[[float], Measured]
 #: Range of a delay's profile about its first estimate, as a fraction of its bounds.
 _NEAR = 0.15
-#: Of two beams of as many parameters the one that is worse by more is the true one in 2.5 % at most: normal quantile,
-#: squared.
-_WORSE = 3.84
 #: Largest number of alternating searches for delay and rate; step of a delay, in sampling intervals, and of a rate.
 _ROUNDS, _DELAY_STEP, _RATE_STEP = 6, 0.1, 1e-4
 
@@ -162,7 +159,7 @@ def beside(
     with suppress(IlgError):
         other, its = clocked(_refitted(found, k, rival, d, progress), k, rival, d, own.onset, costly, progress)
         ratio = max(other.rms_of(k), 1e-300) / max(found.rms_of(k), 1e-300)
-        if 2 * found.independent_samples(k) * np.log(ratio) > _WORSE:
+        if 2 * found.independent_samples(k) * np.log(ratio) > LEVEL:
             return own
         rate = own.rate if own.rate is None or its.rate is None else own.rate.beside(its.rate)
         return replace(own, delay=own.delay.beside(its.delay), rate=rate, alike=True)

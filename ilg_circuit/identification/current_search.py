@@ -26,7 +26,7 @@ _SETS = 64
 _DECADES = (0.3, 1.0, 2.0)
 _FITS, _MORE_FITS = 5, 8
 _EVALUATIONS = 60
-#: Number of descents to the same best minimum at which the search stops.
+#: Number of descents to the same least sum of squares, converged or not, at which the search stops.
 _AGREEING = 3
 _SAMPLES = 300
 #: Relative residuals below this value are rounding errors of the closed form.

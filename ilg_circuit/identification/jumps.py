@@ -146,7 +146,8 @@ def placed(
     Onsets are among the jumps. Places of all files are fitted together, since each depends on the others' through the
     parameters. ``refit`` fits the parameters again after the jumps have moved; where it fails the jumps stay.
     ``telling`` (samples,) are the samples that place them, by default all: residuals that are no noise do not. The last
-    are the changes of the prediction over the sigmas (samples, j) by independent quantities of unit variance.
+    are the changes of the prediction over the sigmas (samples, j) by independent quantities of unit variance, near the
+    final places.
     """
     deviation = np.concatenate([_widths(data[0]) / np.sqrt(12) for data, _ in files])
     places = np.concatenate([_distances(data[0]) for data, _ in files])

@@ -45,8 +45,8 @@ def fit_best(
     rms; a candidate whose rms is smaller by a factor of `CLEAR` does not lose. A model with a parameter that is not
     determined, or whose best fit was reached from one start only, is not chosen. A sinh electron path or a growing
     capacitance is tried if voltages differ and the best linear model's residuals exceed the individual fits', or, of
-    one file, are large; a saturating charge only where no model can be fitted or describes the data well. Raises
-    SolveError if no model can be fitted.
+    one file, are large; a saturating charge only where no model can be fitted or describes the data well, and where
+    no linear one can be fitted only if the data determine it. Raises SolveError if no model can be fitted.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
@@ -59,9 +59,9 @@ def fit_best(
     linear = [m for m in contest.fits if electrical_model(m).linear]
     ions = contest.best(linear) if linear else first
     contest.enter_nonlinear(ions)
-    if not contest.fits or contest.fits[contest.best(list(contest.fits))].misfit > WARN:
+    if not contest.well_described:
         contest.enter_nonlinear(ions, contested=False)
-    winner = contest.best(list(contest.fits))
+    winner = contest.best(list(contest.fits) if linear else contest.determined)
     rows = contest.rows(winner)
     return contest.fits[winner], rows
 
@@ -114,6 +114,19 @@ class _Contest:
         self.failures[model] = ("not tried", Finding(code, values=values))
 
     @property
+    def well_described(self) -> bool:
+        """True if the best model leaves little, or only noise."""
+        if not self.fits:
+            return False
+        best = self.fits[self.best(list(self.fits))]
+        return best.misfit <= WARN or best.only_noise
+
+    @property
+    def determined(self) -> list[str]:
+        """The models that have no reason against them."""
+        return [m for m in self.fits if self._admitted(m)]
+
+    @property
     def richest(self) -> str:
         """The model of smallest rms."""
         return min(self.fits, key=lambda model: self.fits[model].misfit)
@@ -139,8 +152,10 @@ class _Contest:
         if not among:
             if len(set(map(str, self._errors))) == 1:  # the error concerns the data, not the model
                 raise self._errors[0]
+            simplest = next(m for m, (status, _) in self.failures.items() if status == "failed")
             raise SolveError(
-                "no model could be fitted: " + "; ".join(f"{m}: {w}" for m, (_, w) in self.failures.items())
+                f"no model can be fitted; the simplest, {simplest}: {self._errors[0]}; a longer record, or one of a "
+                "step, determines more"
             )
         bics = {m: bic for m, bic in self.bics.items() if m in among}
         unknowns = {m: self.fits[m].fit.count for m in among}

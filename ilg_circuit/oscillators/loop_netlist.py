@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..circuit.netlist import GROUND, copies
-from ..errors import InputError
+from ..errors import InputError, SolveError
 from ..provenance import Provenance
 from ..units import require_positive
 from .netlist import DECK_OPTIONS, TOLERANCES, netlist_text
@@ -21,7 +21,7 @@ from .reflex import Loop
 
 #: Steps of the first grid in the neurons' shorter time constant; largest ratio of two grids.
 _STEPS_PER_CONSTANT, _FINER = 250, 8
-#: Factor by which an error by two grids is stated larger than it is if switches fall alike in the steps of both.
+#: Factor by which the error by two grids is stated larger.
 _CAUTION = 2.0
 _MOST_POINTS = 1_000_000
 #: Error of the waves, relative to the largest, at which grids are fine enough.
@@ -72,9 +72,10 @@ def loop_solve(loop: Loop, start: Array, duration: float, points: int) -> tuple[
 def loop_by_ngspice(loop: Loop, start: Array, times: Array) -> tuple[Array, Array, float]:
     """Return x (t, n) and angles (t, units) [rad] at ``times`` [s], and their error relative to the largest.
 
-    The trapezoidal error goes with the square of the step, but a neuron switches anywhere in a step: what two grids
-    differ by says twice the error of the finer. The next one is finer by a whole number, as that error asks for, until
-    it is 1e-6 or memory ends. Raises InputError for a run that is too long.
+    The error goes with the square of the step, and is what the difference of two grids says of the finer one by that
+    law. It is stated as twice that, since a neuron switches anywhere in a step. The next grid is finer by a whole
+    number, as the error asks for, until it is 1e-6 or memory ends. Raises InputError for a run that is too long,
+    SolveError for waves that are no numbers.
     """
     from scipy.interpolate import CubicSpline
 
@@ -91,6 +92,8 @@ def loop_by_ngspice(loop: Loop, start: Array, times: Array) -> tuple[Array, Arra
         grid, *waves = loop_solve(loop, start, end, points)
         pairs = zip(waves, before, strict=True)
         change = max(float(np.abs(a[:, ::finer] - b).max() / (np.abs(a).max() or 1.0)) for a, b in pairs)
+        if not np.isfinite(change):
+            raise SolveError("ngspice gave waves that are no numbers")
         expected = error / finer**2 if np.isfinite(error) else 0.0  # by the grids before
         error = max(_CAUTION * change / (finer**2 - 1), expected)
         most = _MOST_POINTS // points

@@ -41,6 +41,7 @@ def write_frames(
 ) -> None:
     """Write an animation: ``draw`` changes the ``moving`` artists of the ``figure`` for each of ``frames``.
 
+    What is not among these is drawn once, and lies behind them. Those of one height are drawn in their order.
     The layout is that of the figure as it is given: computing it for each frame is slow and makes the picture jitter.
     """
     from matplotlib.animation import FFMpegWriter
@@ -58,7 +59,7 @@ def write_frames(
 
 
 class _Pictures:
-    """A figure for a writer of animations: what stands still is drawn once, and what is ``moving`` upon it."""
+    """A figure for a writer of animations: what stands still is drawn once, and what is ``moving`` in front of it."""
 
     def __init__(self, figure: Figure, moving: Sequence[Any], dpi: float) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -179,13 +179,15 @@ def _onset_and_jumps(result: Identification, time: Array) -> Array:
 
 def _since_onset(result: Identification, panel: Axes) -> None:
     """Label the time axis; make it logarithmic for a step."""
-    from matplotlib.ticker import FuncFormatter
+    from matplotlib.ticker import FuncFormatter, NullFormatter
 
     first = result.data[0]
     if _of_step(result):
         after = first.abscissa[first.abscissa > 0]
         panel.set_xscale("log")
-        panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        plain_numbers = FuncFormatter(lambda value, _: f"{value:g}")
+        panel.xaxis.set_major_formatter(plain_numbers)
+        panel.xaxis.set_minor_formatter(plain_numbers if after[-1] < _DECADE * after[0] else NullFormatter())
         panel.set_xlim(after[0], after[-1])
     panel.set_xlabel("time since the onset [s]")
 

@@ -181,9 +181,9 @@ def animate(
     path_line = stage.plot([], [], color=ORANGE, linewidth=0.9)[0]
     body = stage.fill([0, 0, 0], [0, 0, 0], facecolor="#9ecae1", edgecolor=BLUE, linewidth=1.2)[0]
     rods = stage.plot([], [], color=BLUE, linewidth=0.5)[0]
-    _frame(stage, scale, motion, unit)
+    before = _frame(stage, scale, motion, unit)
     heading = stage.set_title("", fontsize="medium")
-    moving: list[Any] = [path_line, body, rods, heading]
+    moving: list[Any] = [path_line, body, rods, *before, heading]
     if portrait is not None:
         (side,) = sides
         side.plot(*portrait, color=GREY, linewidth=0.9)
@@ -227,8 +227,8 @@ def draw_arm(axes: Axes, nodes: Array, colour: Any, label: str, *, dashed: bool 
     axes.fill(*_outline(nodes).T, facecolor=face, edgecolor=colour, linewidth=1.0, linestyle=style, label=label)
 
 
-def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> None:
-    """Limits that hold the whole motion, the clamp and the plane; equal scales unless the motion is flat."""
+def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> list[Any]:
+    """Set limits that hold the whole motion, equal scales unless it is flat; draw clamp and plane, and return them."""
     points = scale * motion.positions.reshape(-1, 2)
     low, high = points.min(axis=0), points.max(axis=0)
     centre, extent = (low + high) / 2, np.maximum(high - low, 1e-9)
@@ -245,9 +245,12 @@ def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> None:
     clamp = scale * motion.positions[0, 0]
     middle = clamp.mean(axis=0)
     reach = (clamp[0] - clamp[1]) * (1.0 if flat else max(1.0, 0.06 * half.max() / np.ptp(clamp, axis=0).max()))
-    axes.plot(*np.stack([middle - reach, middle + reach]).T, color="black", linewidth=3, solid_capstyle="butt")
+    before: list[Any] = axes.plot(
+        *np.stack([middle - reach, middle + reach]).T, color="black", linewidth=3, solid_capstyle="butt"
+    )
     plane = motion.arm.plane
     if plane is not None:
         point, along = scale * np.array(plane.point), np.array([-plane.normal[1], plane.normal[0]])
-        axes.axline(tuple(point), tuple(point + along), color=GREY, linewidth=1.5)
+        before.append(axes.axline(tuple(point), tuple(point + along), color=GREY, linewidth=1.5))
     axes.grid(alpha=0.25, linewidth=0.6)
+    return before

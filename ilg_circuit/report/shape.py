@@ -90,7 +90,7 @@ def animate(shape: Shape, path: str | Path) -> None:
     stage = figure.subplots()
     path_line = stage.plot([], [], color=GREY, linewidth=0.9)[0]
     strip = stage.plot([], [], color=BLUE, linewidth=2.5, solid_capstyle="butt")[0]
-    _frame(stage, shape, scale, unit)
+    clamp = _frame(stage, shape, scale, unit)
     faster = f", {duration / lasts:.3g} times as fast" if duration > 1.05 * lasts else ""
     title = stage.set_title(f"{shape.text}{faster}: {shape.time[-1]:.5g} s", fontsize="small")
 
@@ -100,7 +100,7 @@ def animate(shape: Shape, path: str | Path) -> None:
         title.set_text(f"{shape.text}{faster}: {shape.time[frame]:.5g} s")
 
     draw(int(frames[-1]))
-    write_frames(figure, target, frames.tolist(), draw, (path_line, strip, title), max(count - 1, 1) / lasts)
+    write_frames(figure, target, frames.tolist(), draw, (path_line, strip, clamp, title), max(count - 1, 1) / lasts)
 
 
 def _strips(shape: Shape, panel: Axes, **style: Any) -> Axes:
@@ -155,14 +155,14 @@ def _limits(shape: Shape, scale: float) -> tuple[Array, Array]:
     return low - edge, high + edge
 
 
-def _frame(panel: Axes, shape: Shape, scale: float, unit: str) -> None:
-    """Set equal scales, limits that hold the strip at all times, and draw the clamp."""
+def _frame(panel: Axes, shape: Shape, scale: float, unit: str) -> Any:
+    """Set equal scales and limits that hold the strip at all times; draw the clamp, and return it."""
     low, high = _limits(shape, scale)
     panel.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
     panel.set_aspect("equal", adjustable="box")
     half = 0.03 * float((high - low).max())
-    panel.plot([0.0, 0.0], [-half, half], color="black", linewidth=3, solid_capstyle="butt")
     panel.grid(alpha=0.25, linewidth=0.6)
+    return panel.plot([0.0, 0.0], [-half, half], color="black", linewidth=3, solid_capstyle="butt")[0]
 
 
 def _place(shape: Shape, k: int) -> str:

@@ -2,10 +2,10 @@
 
 In every step the states are cubics that fulfil the equations at three points, the last of which is the step's end
 (Radau IIA, order 5; Hairer and Wanner 1996, section IV.5): where states decay the equations have one solution, however
-fast they do. Newton's method solves all steps together: each of its own is one banded system, or a recursion of each
-state, and the last one gives the derivatives too. A step is split where its cubic misses the equations at its
-beginning. This is much faster than an engine that goes from step to step, and approximates as it does: an engine judges
-what a fit makes of it.
+fast they do. Newton's method solves all steps together: each of its steps is one banded system or, where states do not
+depend on each other, one recursion per state; the last gives the derivatives too. A step is split where its cubic
+misses the equations at its beginning. This is much faster than an engine that goes from step to step, and approximates
+as it does: an engine judges what a fit makes of it.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from .modes import recursion
 #: What a cubic may miss over a step, relative to the largest state.
 _ACCURACY = 2e-6
 #: Change of the states, relative to the largest, at which Newton's method has converged: its square is left. The same
-#: before steps are split, and the largest number of its steps.
+#: as long as steps are split; the largest number of its steps.
 _CONVERGED, _ROUGHLY, _MOST_STEPS = 1e-6, 1e-3, 20
-#: Rounds of splitting; largest number of parts of a step in each; largest number of steps.
+#: Rounds of splitting and of the last convergence; largest number of parts of a step in each; largest number of steps.
 _ROUNDS, _MOST_PARTS, _MOST_NODES = 16, 8, 50_000
 #: Steps in the first window of time where Newton's method does not converge for all of them; largest number of windows.
 _WINDOW, _MOST_WINDOWS = 32, 300

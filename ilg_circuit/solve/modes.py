@@ -65,13 +65,13 @@ def modes_of(system: StateSpace) -> Modes | None:
 def decomposed(system: StateSpace) -> tuple[Numbers, Numbers, Numbers, Numbers] | None:
     """Return poles (n, s), left and right eigenvectors (n, s, s), of the states in an order (n, s); None as `modes_of`.
 
-    The first index of left eigenvectors, and the second of right ones, is that of the poles.
+    The first index of left eigenvectors, and the second of right ones, is that of the poles. Arrays may be read-only.
     """
     own = np.diagonal(system.a, axis1=1, axis2=2)
     alone = np.count_nonzero(system.a) == np.count_nonzero(own) and np.isfinite(own).all()
     if alone:  # every state is a mode: branches without a common resistor
         same = np.broadcast_to(np.eye(own.shape[1]), system.a.shape)
-        return own, same, same, np.broadcast_to(np.arange(own.shape[1]), own.shape)
+        return own.copy(), same, same, np.broadcast_to(np.arange(own.shape[1]), own.shape)
     # fast states first, so that slow poles keep their accuracy
     order = np.argsort(-np.abs(own), axis=1, kind="stable")
     one = np.arange(len(order))[:, None]

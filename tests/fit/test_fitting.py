@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 from ilg_circuit.errors import SolveError
 from ilg_circuit.fit import fitting
-from ilg_circuit.fit.fitting import fit_data
+from ilg_circuit.fit.fitting import fit, fit_data, fit_near
+from ilg_circuit.fit.observation import observation
+from ilg_circuit.fit.parameter import Parameter
+from ilg_circuit.fit.problem import Problem
 from ilg_circuit.fit.result import FitResult
 
 Array = NDArray[np.float64]
@@ -116,3 +119,23 @@ def test_intervals_are_student_s_about_the_logarithm() -> None:
     half = student.ppf(0.975, len(T) - 2) * found.errors / found.values
     assert np.log(found.intervals[:, 1] / found.values) == pytest.approx(half)
     assert np.log(found.values / found.intervals[:, 0]) == pytest.approx(half)
+
+
+def test_a_fit_near_its_minimum_is_not_drawn_to_a_maximum() -> None:
+    """Sine of 2 rad/s, begun at 1.68: accelerated steps led to the maximum at 1.534, whose offset is zero too."""
+    t = np.linspace(0.0, 10.0, 200)
+    data = np.sin(2 * t) + 0.3 * np.random.default_rng(0).standard_normal(200)
+    one = observation(lambda values: np.sin(values[:, :1] * t), data, ["rate"])
+    problem = Problem((one,), (Parameter("rate"),))
+    found = fit_near(problem, np.array([1.68]))
+    assert found.values[0] == pytest.approx(2.0, abs=4 * found.errors[0])
+
+
+def test_steps_near_a_minimum_are_accelerated_where_residuals_are_large() -> None:
+    """A decay fitted to two: each step leaves a part of the distance to go, and eight left 1e-3 of a standard error."""
+    data = decay(np.array([[2.0, 0.7]]))[0] + 1.5 * np.exp(-6 * T)
+    problem = Problem((observation(decay, data, ["first", "second"]),), (Parameter("first"), Parameter("second")))
+    near, whole = fit_near(problem, np.array([2.6, 1.0])), fit(problem, np.array([2.6, 1.0]))
+    assert near.offset < 1e-6
+    assert near.evaluations <= 12
+    assert near.values == pytest.approx(whole.values, abs=0.01 * whole.errors.min())

@@ -40,6 +40,15 @@ def test_it_ends_once_enough_starts_agree_on_the_best(starts: list[float], taken
     assert whole.near(2.0) == len(starts)  # the shallower one is at 0.25 and 0.35
 
 
+def test_starts_where_nothing_is_defined_end_no_search() -> None:
+    def undefined(x: Array) -> Array:
+        return residuals(x) if x[0] < 5 else np.full(3, np.nan)
+
+    found = search(undefined, jacobian, [np.array([x]) for x in (6.0, 7.0, 8.0, 2.0, 1.5, 3.0)], enough=2, polishes=1)
+    assert len(found.runs) == 5
+    assert found.best.parameters == pytest.approx([1.0], abs=1e-6)
+
+
 def test_a_minimum_is_confirmed_by_a_second_start_or_where_there_was_no_other() -> None:
     assert StartSummary(1, 1).confirmed
     assert StartSummary(5, 2).confirmed

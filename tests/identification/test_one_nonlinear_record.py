@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import ilg_circuit as ilg
+from ilg_circuit.errors import SolveError
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.strip.actuator import Actuator
 from ilg_circuit.strip.couplings import CouplingLaw, VoltageRelaxations
@@ -21,10 +22,12 @@ STAIRCASE = ([0.0, 40.0, 40.0, 80.0, 80.0, 120.0], [1.0, 1.0, 2.0, 2.0, 3.0, 3.0
 MILD = every_model.strip_of("rc+sinh").with_(emission_voltage=1.5)
 
 
-def identified(strip: Actuator, drive: Any, *, moved: bool = False, noise: float = 1e-3, **how: Any) -> Identification:
+def identified(
+    strip: Actuator, drive: Any, *, moved: bool = False, noise: float = 1e-3, seed: int = 0, **how: Any
+) -> Identification:
     """Return the fit of a record whose current has ``noise``, of the peak, and a displacement 1 % of the span."""
     run = ilg.simulate(strip, drive, times=np.arange(0.0, 120.0, STEP), beam="static")
-    rest, random = np.zeros(round(REST / STEP)), np.random.default_rng(0)
+    rest, random = np.zeros(round(REST / STEP)), np.random.default_rng(seed)
 
     def noisy(values: np.ndarray, part: float) -> np.ndarray:
         whole = np.concatenate([rest, values])
@@ -86,6 +89,20 @@ def test_a_law_of_charge_is_tried_where_no_linear_model_can_be_fitted(noise: flo
     assert found.model == "rc+steric"
     for name in ("dynamic_resistance", "capacitance", "packing_fraction"):
         assert found[name].value == pytest.approx(every_model.VALUES[name], abs=3.5 * found[name].reported[0]), name
+
+
+def test_a_law_of_charge_that_is_not_determined_takes_no_linear_model_s_place() -> None:
+    """One frequency hardly tells Rdc, and noise makes it infinite; a steric charge left 2.5 % where 2 % were noise."""
+    with pytest.raises(SolveError, match=r"no model can be fitted; the simplest, rc: .* \(dc_resistance\); a longer"):
+        identified(every_model.strip_of("rc"), "sine:2.67V,0.1Hz", noise=0.02, moved=True, seed=3)
+
+
+def test_where_noise_alone_is_left_no_law_of_charge_is_tried() -> None:
+    """Noise of 2.5 % is more than what a law of charge is tried for."""
+    found = identified(every_model.strip_of("rc2"), STAIRCASE, noise=0.025)
+    assert found.success
+    assert found.observations[0].rms_joint > 0.02 * found.observations[0].size
+    assert not [row for row in found.candidates if row.model.endswith(("saturating", "steric"))]
 
 
 def test_a_growing_capacitance_is_found_and_judged_by_the_engine() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import ilg_circuit as ilg
 from ilg_circuit.errors import InputError
 from ilg_circuit.provenance import Provenance
 from ilg_circuit.report.axes import distinct, engineering, new_figure, save
@@ -67,3 +68,23 @@ def test_a_long_record_is_drawn_by_points_that_do_not_hide_each_other() -> None:
         # every point has a drawn one within a cell, by the extremes of the curve
         assert abs(float(y[rows].max() - y.max())) < 0.02
         assert float(np.diff(place).max()) < (1.0 if logarithmic else 0.1)
+
+
+@pytest.mark.parametrize(("first", "last", "labels"), [(1.0, 9.0, "2 3 4 5 6 7 8 9"), (0.02, 30.0, "0.1 1 10")])
+def test_times_of_a_step_are_plain_numbers(first: float, last: float, labels: str) -> None:
+    after = np.geomspace(first, last, 60)
+    time = np.concatenate([[-3.0, -2.0, -1.0, -0.5], after]) + 4.0
+    current = np.where(time < 4.0, 0.0, 1e-3 + 0.1 * np.exp(-(time - 4.0) / 3.0))
+    random = np.random.default_rng(0)
+    record = {
+        "time_s": time,
+        "voltage_V": np.where(time < 4.0, 0.0, 2.0),
+        "current_A": current + 1e-4 * random.standard_normal(len(time)),
+    }
+    drawn = ilg.identify(record, "paper", model="rc", onset=4.0, engine="exact").figure()
+    drawn.draw_without_rendering()
+    axis = drawn.axes[-1].xaxis
+    found = [tick.label1.get_text() for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())]
+    assert set(labels.split()) <= set(found)
+    assert not [text for text in found if "$" in text]
+    assert not [tick for panel in drawn.axes[:-1] for tick in panel.xaxis.get_minor_ticks()]
