@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
-from ..errors import InputError, argument
+from ..errors import InputError, SolveError, argument
 from ..findings import Finding
 from ..fit.bounded import likeliest
 from ..fit.fitting import fit, fit_near, with_starts
@@ -25,7 +25,7 @@ from ..measurements.record import Channel, Record
 from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
 from ..solve.transient import transient
-from ..strip.models import ElectricalModel
+from ..strip.models import ElectricalModel, electrical_model
 from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
@@ -33,7 +33,7 @@ from .jump_start import places_by_relaxation
 from .jumps import at_distances, placed, too_many, unknown
 from .modal import Ports, differences, perturbed, with_slopes
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
-from .port_response import closed, current_slopes, currents_of
+from .port_response import at_rest, closed, current_slopes, currents_of
 from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
 
@@ -47,6 +47,8 @@ _ROUGH = 1e-5
 _ACCURACY = 1e-6
 #: The same in a fit that only selects the best of several starts.
 _ROUGH_ACCURACY = 1e-3
+#: Models that place jumps for a richer one.
+_SIMPLER = ("rc2", "rc")
 
 
 @dataclass(frozen=True)
@@ -238,7 +240,7 @@ class CurrentData:
 
     def _still(self, ports: Sequence[Port]) -> Array:
         """Return what ``ports`` do at rest (ports,)."""
-        return _at_rest(ports, self.drive.rest)
+        return at_rest(ports, self.drive.rest)
 
     def without_engine(self, model: PortModel, t: Array) -> Predict:
         """Return the prediction of a model at ``t`` [s] since the onset, see `port_response`."""
@@ -282,8 +284,8 @@ class CurrentData:
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
-        begun = self._roughly_placed() if unknown(self) else self
-        found = begun._with_jumps(begun._individual(kind, held, progress), progress)
+        begun, first = self._begun(kind, held, progress)
+        found = begun._with_jumps(first, progress)
         # a ladder's current determines the onset; a sum of exponentials does not, and the onset stays in the middle
         laddered = kind.linear and found.model.port(found.fit.values, ANY_LADDER).ladder is not None
         if not self.bracketed or not laddered:
@@ -297,6 +299,22 @@ class CurrentData:
         moved = found.data.at_share(share)
         again = fit_near(port_problem((moved,), found.model, (1.0,)), found.fit.values, progress)
         return IndividualFit(moved, found.model, with_starts(again, found.fit.starts))
+
+    def _begun(self, kind: ElectricalModel, held: float, progress: Progress) -> tuple[CurrentData, IndividualFit]:
+        """Return the data with the drive's jumps roughly in their places, and the first fit.
+
+        One relaxation may misplace them so far that a model has no minimum; a simpler model's fit places them better.
+        """
+        begun = self._roughly_placed() if unknown(self) else self
+        try:
+            return begun, begun._individual(kind, held, progress)
+        except SolveError:
+            simpler = [name for name in _SIMPLER if len(electrical_model(name).parameters) < len(kind.parameters)]
+            if begun is self or not simpler:
+                raise
+        better = self.individual(electrical_model(simpler[0]), held, progress).data
+        assert isinstance(better, CurrentData)
+        return better, better._individual(kind, held, progress)
 
     def _with_jumps(self, found: IndividualFit, progress: Progress) -> IndividualFit:
         """Return the fit with the drive's later jumps where the current places them."""
@@ -366,11 +384,6 @@ class CurrentData:
         return IndividualFit(self, model, with_starts(found, starts))
 
 
-def _at_rest(ports: Sequence[Port], voltage: float) -> Array:
-    """Return the steady currents [A] (ports,) under ``voltage`` [V]."""
-    return np.array([float(port.electron_current(port.inner_voltage(voltage))) if voltage else 0.0 for port in ports])
-
-
 def currents(
     ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str, accuracy: float = _ACCURACY
 ) -> Array:
@@ -379,7 +392,7 @@ def currents(
     ``accuracy`` is their error by ngspice, relative to the largest.
     """
     after = t >= 0
-    result = np.repeat(_at_rest(ports, drive.rest)[:, None], len(t), axis=1)
+    result = np.repeat(at_rest(ports, drive.rest)[:, None], len(t), axis=1)
     netlists = [port_netlist(port, rest=drive.rest) for port in ports]
     found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=10 * accuracy)
     result[:, after] = found.values[:, 0]

@@ -32,6 +32,11 @@ def closed(model: PortModel, *, by_current: bool = False) -> bool:
     return kind.linear or kind.ions.grows or (not by_current and model.held == 0)
 
 
+def at_rest(ports: Sequence[Port], voltage: float) -> Array:
+    """Return the steady currents [A] (ports,) under ``voltage`` [V]."""
+    return np.array([float(port.electron_current(port.inner_voltage(voltage))) if voltage else 0.0 for port in ports])
+
+
 def currents_of(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
     """Return the currents [A] (ports, samples) into ``ports`` of one model at ``t`` >= 0 [s].
 

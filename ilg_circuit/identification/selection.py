@@ -59,7 +59,7 @@ def fit_best(
     linear = [m for m in contest.fits if electrical_model(m).linear]
     ions = contest.best(linear) if linear else first
     contest.enter_nonlinear(ions)
-    if not contest.well_described:
+    if not linear or not contest.well_described:
         contest.enter_nonlinear(ions, contested=False)
     winner = contest.best(list(contest.fits) if linear else contest.determined)
     rows = contest.rows(winner)
@@ -116,8 +116,6 @@ class _Contest:
     @property
     def well_described(self) -> bool:
         """True if the best model leaves little, or only noise."""
-        if not self.fits:
-            return False
         best = self.fits[self.best(list(self.fits))]
         return best.misfit <= WARN or best.only_noise
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import every_model
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import ilg_circuit as ilg
 from ilg_circuit.arrays import Array
 from ilg_circuit.drive import Drive, PiecewiseLinear
 from ilg_circuit.findings import codes
@@ -229,3 +231,26 @@ def test_many_jumps_are_told() -> None:
     (told,) = (f for f in found.findings if f.code == "jumps-not-placed")
     assert 200 < told.values["count"] <= 230
     assert "too often for their places" in str(told)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_jumps_that_one_relaxation_misplaces_are_placed_by_two(seed: int) -> None:
+    """Misplaced by parts of a second, they left three branches no minimum: Rdc ran to infinity in such records."""
+    levels = [-0.72, 0.639, -0.542, 0.624, 1.194]
+    drive = (np.repeat(60.0 * np.arange(6), 2)[1:-1], np.repeat(levels, 2))
+    run = ilg.simulate(every_model.strip_of("rc3"), drive, times=np.linspace(0.0, 300.0, 752), engine="exact")
+    rest, random = np.zeros(48), np.random.default_rng(seed)
+    current = np.concatenate([rest, run.current])
+    noise = 3e-3 * float(np.abs(current).max())
+    found = ilg.identify(
+        {
+            "time_s": run.time[1] * np.arange(800),
+            "voltage_V": np.concatenate([rest, run.voltage]) + 1e-3 * random.standard_normal(800),
+            "current_A": current + noise * random.standard_normal(800),
+        },
+        "paper",
+        model="rc3",
+        engine="exact",
+    )
+    assert found["dc_resistance"].value == pytest.approx(600.0, abs=3.5 * found["dc_resistance"].reported[0])
+    assert found.observations[0].rms_joint == pytest.approx(noise, rel=0.1)

@@ -91,6 +91,16 @@ def test_a_law_of_charge_is_tried_where_no_linear_model_can_be_fitted(noise: flo
         assert found[name].value == pytest.approx(every_model.VALUES[name], abs=3.5 * found[name].reported[0]), name
 
 
+def test_laws_of_charge_are_tried_where_only_other_laws_can_be_fitted() -> None:
+    """No linear model can be fitted, a growing charge leaves 1 %: that was enough not to try the true one."""
+    ends = [0.0, 7.0, 42.0, 46.0, 54.0, 58.0, 66.0, 78.6, 78.8, 82.5, 84.3, 100.0]
+    levels = [0.0, -0.41, 0.94, -0.73, 0.26, -0.19, -1.31, 1.29, 0.81, -0.81, -0.2, -0.16]
+    found = identified(every_model.strip_of("rc+steric"), (ends, levels), noise=3e-3)
+    assert found.success
+    assert found.model == "rc+steric"
+    assert found["dc_resistance"].value == pytest.approx(600.0, abs=3.5 * found["dc_resistance"].reported[0])
+
+
 def test_a_law_of_charge_that_is_not_determined_takes_no_linear_model_s_place() -> None:
     """One frequency hardly tells Rdc, and noise makes it infinite; a steric charge left 2.5 % where 2 % were noise."""
     with pytest.raises(SolveError, match=r"no model can be fitted; the simplest, rc: .* \(dc_resistance\); a longer"):
