@@ -6,7 +6,7 @@ otherwise an error is raised.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -55,15 +55,9 @@ def fit(problem: Problem, start: Array, progress: Progress = None, tolerance: fl
     SolveError
         The fit does not converge, or the data do not determine a parameter.
     """
-    groups = problem.components()
-    if len(groups) == 1:
-        return _fit_connected(problem, start, progress, tolerance)
-    at = dict(zip(problem.labels, start.tolist(), strict=True))
-    parts = []
-    for group in groups:
-        part = problem.of(group)
-        parts.append(_fit_connected(part, np.array([at[label] for label in part.labels]), progress, tolerance))
-    return assembled(problem, groups, parts)
+    if len(problem.components()) > 1:
+        return _each(problem, start, lambda part, begin: fit(part, begin, progress, tolerance))
+    return _fit_connected(problem, start, progress, tolerance)
 
 
 def fit_near(problem: Problem, start: Array, progress: Progress = None) -> FitResult:
@@ -74,7 +68,7 @@ def fit_near(problem: Problem, start: Array, progress: Progress = None) -> FitRe
     used if they do not converge, or lead upwards: that method is drawn to maxima, too. Raises SolveError as `fit`.
     """
     if len(problem.components()) > 1:
-        return fit(problem, start, progress)
+        return _each(problem, start, lambda part, begin: fit_near(part, begin, progress))
     evaluate, n = Evaluation(problem, progress), len(problem.labels)
     x = np.concatenate([problem.scales.coordinates(start), np.zeros(problem.nuisance.shape[1])])
     before: tuple[Array, Array] | None = None
@@ -99,6 +93,13 @@ def fit_near(problem: Problem, start: Array, progress: Progress = None) -> FitRe
                 gained = step - (whole @ step) @ felt / size * (moved + change)
         before, x = (x, step), x + gained
     return fit(problem, start, progress)
+
+
+def _each(problem: Problem, start: Array, fitted: Callable[[Problem, Array], FitResult]) -> FitResult:
+    """Return the fits of observations that share no parameter, each by itself, as one."""
+    at, groups = dict(zip(problem.labels, start.tolist(), strict=True)), problem.components()
+    parts = [problem.of(group) for group in groups]
+    return assembled(problem, groups, [fitted(part, np.array([at[name] for name in part.labels])) for part in parts])
 
 
 def fit_data(
