@@ -45,8 +45,9 @@ def fit_best(
     rms; a candidate whose rms is smaller by a factor of `CLEAR` does not lose. A model with a parameter that is not
     determined, or whose best fit was reached from one start only, is not chosen. A sinh electron path or a growing
     capacitance is tried if voltages differ and the best linear model's residuals exceed the individual fits', or, of
-    one file, are large; a saturating charge only where no model can be fitted or describes the data well, and where
-    no linear one can be fitted only if the data determine it. Raises SolveError if no model can be fitted.
+    one file, are large; a saturating charge only where no linear model can be fitted, or none describes the data well.
+    Where no linear one can be fitted, another is taken only if the data determine it. Raises SolveError if there is
+    none.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
