@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..arrays import Array
 from .criteria import autocorrelation
@@ -51,11 +52,12 @@ def block_bootstrap(fit: FitResult, draws: int = DRAWS, seed: int = SEED) -> Boo
         block = block_length(residuals)
         longest = max(longest, block)
         blocks = -(-length // block)
+        windows = sliding_window_view(np.append(centred, centred[: block - 1]), block)  # (length, block), circular
         for k in range(0, draws, 100):  # a hundred at a time: memory stays small for long records
             count = min(100, draws - k)
             starts = rng.integers(0, length, (count, blocks))
-            index = (starts[:, :, None] + np.arange(block)).reshape(count, -1)[:, :length] % length
-            moves[k : k + count] += centred[index] @ projection[:, part].T / fit.units
+            drawn = windows[starts].reshape(count, -1)[:, :length]
+            moves[k : k + count] += drawn @ projection[:, part].T / fit.units
     low, high = fit.problem.scales.values(fit.coordinates + np.quantile(moves, [0.025, 0.975], axis=0))
     return Bootstrap(
         errors=moves.std(axis=0, ddof=1) * fit.units,

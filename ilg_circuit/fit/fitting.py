@@ -44,11 +44,17 @@ _UPWARDS = 1e-9
 _LEFT_OUT = 1e-8
 
 
-def fit(problem: Problem, start: Array, progress: Progress = None, tolerance: float = 1e-10) -> FitResult:
+def fit(
+    problem: Problem,
+    start: Array,
+    progress: Progress = None,
+    tolerance: float = 1e-10,
+    most: int | None = None,
+) -> FitResult:
     """Return the fit of ``problem`` from values ``start`` (n,), in the order of its labels.
 
-    ``tolerance`` is the relative change of the sum of squares at which the descent ends. Observations that share no
-    parameter are fitted separately.
+    ``tolerance`` is the relative change of the sum of squares at which the descent ends, ``most`` the number of its
+    evaluations (default 200). Observations that share no parameter are fitted separately.
 
     Raises
     ------
@@ -56,8 +62,8 @@ def fit(problem: Problem, start: Array, progress: Progress = None, tolerance: fl
         The fit does not converge, or the data do not determine a parameter.
     """
     if len(problem.components()) > 1:
-        return _each(problem, start, lambda part, begin: fit(part, begin, progress, tolerance))
-    return _fit_connected(problem, start, progress, tolerance)
+        return _each(problem, start, lambda part, begin: fit(part, begin, progress, tolerance, most))
+    return _fit_connected(problem, start, progress, tolerance, most)
 
 
 def fit_near(problem: Problem, start: Array, progress: Progress = None) -> FitResult:
@@ -140,7 +146,7 @@ def fit_without(found: FitResult, left_out: Sequence[int], progress: Progress = 
     return fit(rest, rest.scales.values(x), progress, _LEFT_OUT)
 
 
-def _fit_connected(problem: Problem, start: Array, progress: Progress, tolerance: float) -> FitResult:
+def _fit_connected(problem: Problem, start: Array, progress: Progress, tolerance: float, most: int | None) -> FitResult:
     n = len(problem.labels)
     scale = float(np.abs(problem.data).max()) or 1.0
     columns = np.abs(problem.nuisance).max(axis=0)
@@ -156,7 +162,7 @@ def _fit_connected(problem: Problem, start: Array, progress: Progress, tolerance
 
     begin = np.concatenate([origin, np.zeros(len(columns))])
     how = {"ftol": tolerance, "xtol": tolerance**0.8}
-    end = levenberg_marquardt(residuals, jacobian, begin, most=MOST_EVALUATIONS, **how)
+    end = levenberg_marquardt(residuals, jacobian, begin, most=most or MOST_EVALUATIONS, **how)
     require_near(problem, end[:n], origin)
     offset = _require_converged(problem, jacobian(end), residuals(end), tolerance, evaluate)
     amounts = end[n:] * scale / columns

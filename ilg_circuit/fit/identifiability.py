@@ -30,6 +30,8 @@ _ALIKE = 0.98
 _DISTINCT = 1.5
 #: Factor by which a parameter of an open profile can be changed without a significant misfit.
 _FAR = 1e3
+#: Relative change of the sum of squares, and evaluations, that end a descent with a parameter there.
+_ROUGH, _MOST = 1e-6, 25
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,7 @@ def _open_sides(found: FitResult, k: int, widening: float) -> list[str]:
         held = found.problem.holding(label, float(found.problem.scales.values(x)[k]))
         try:
             if len(rest):
-                squares = fit(held, rest, tolerance=1e-6).sum_of_squares
+                squares = fit(held, rest, tolerance=_ROUGH, most=_MOST).sum_of_squares
             else:
                 squares = float(held.sum_of_squares(np.empty((1, 0)))[0])
         except IlgError:

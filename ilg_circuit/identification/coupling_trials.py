@@ -31,7 +31,7 @@ _MOST = 2000
 _STARTS = 3
 #: Ends of a descent: relative change of the sum of squares, and evaluations, of which a flat valley needs many.
 _TOLERANCE, _EVALUATIONS = 1e-7, 400
-_STEP = 1e-4
+_STEP = 1e-5
 #: Ratio of two time constants below which two relaxations are one.
 _DISTINCT = 1.5
 #: Largest change of a logarithm from its start.
@@ -288,9 +288,9 @@ def basis_of(law: MotionLaw, waves: Waves, x: Array, count: int) -> tuple[Array,
     """
     shape = shape_at(law, x)
     if law == EC31:
-        steps = np.exp(_STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]))
+        steps = np.exp(_STEP * np.array([[0, 0], [1, 0], [0, 1]]))
         made = waves.second_order(*(shape * steps).T)[..., :count]
-        return made[0], (made[1::2] - made[2::2]) / (2 * _STEP)
+        return made[0], (made[1:] - made[0]) / _STEP
     first = int(law.follows_charge)
     basis = np.zeros((first + law.relaxations + law.fractional, count))
     slopes = np.zeros((len(x), len(basis), count))
@@ -307,8 +307,7 @@ def basis_of(law: MotionLaw, waves: Waves, x: Array, count: int) -> tuple[Array,
 
         basis[-1] = fractional(x)
         for k in at:
-            step = _STEP * np.eye(len(x))[k]
-            slopes[k, -1] = (fractional(x + step) - fractional(x - step)) / (2 * _STEP)
+            slopes[k, -1] = (fractional(x + _STEP * np.eye(len(x))[k]) - basis[-1]) / _STEP
     return basis, slopes
 
 
