@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,9 @@ from ..fit.result import FitResult
 from ..fit.selection import EVIDENCE
 from ..strip.models import ElectricalModel, Ladders, electrical_model
 from ..strip.port import Port
+from .current import CurrentData
 from .impedance import ImpedanceData
+from .lack_of_fit import Lack, lack_of_fit
 from .open_path import DC
 from .port_model import BY_TIME, IndividualFit, PortData, PortModel, port_problem, sigma_of
 from .port_start import suggestions
@@ -97,10 +100,21 @@ class PortFit:
 
     @property
     def only_noise(self) -> bool:
-        """True if no file's residuals exceed its individual fit's, or the noise; or if all are only rounding."""
+        """True if no file's residuals follow its drive or exceed its individual fit's; or if all are only rounding."""
         if all(rms <= NEGLIGIBLE * d.size for rms, d in zip(self.rms, self.data, strict=True)):
             return True
-        return not correlated(self.fit) and self.beyond_individual(self.independent()) < EVIDENCE
+        if correlated(self.fit) or (self.lack is not None and self.lack.anything):
+            return False
+        return self.beyond_individual(self.independent()) < EVIDENCE
+
+    @cached_property
+    def lack(self) -> Lack | None:
+        """What the model lacks by the residuals of every file over time; None where that is not known."""
+        return Lack.of_any(
+            lack_of_fit(d.since, d.drive, self.fit.residuals[part], self.fit.slopes[part])
+            for d, part in zip(self.data, self.fit.problem.slices, strict=True)
+            if isinstance(d, CurrentData)
+        )
 
     def beyond_individual(self, samples: Array) -> float:
         """Return the BIC minus the BIC of all individual fits, which have more parameters, on ``samples`` (files,)."""

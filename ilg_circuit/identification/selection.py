@@ -12,7 +12,6 @@ from ..errors import IlgError, SolveError
 from ..findings import Finding
 from ..fit.criteria import parts_by_time, samples_for_bic
 from ..fit.identifiability import Identifiability
-from ..fit.misfit import WARN
 from ..fit.problem import Progress
 from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independent, clearly_better, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names
@@ -20,8 +19,6 @@ from .impedance import ImpedanceData
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import BY_TIME, PortData
 
-#: Model that is tried even if a simpler model's residuals are only noise, to check that one pole is enough.
-_CHECK = "rc2"
 #: Rms of the residuals of one file, relative to its size, above which nonlinear models are tried.
 _LARGE = 0.005
 
@@ -60,8 +57,10 @@ def fit_best(
     linear = [m for m in contest.fits if electrical_model(m).linear]
     ions = contest.best(linear) if linear else first
     contest.enter_nonlinear(ions)
+    contest.enter_richer(others)
     if not linear or not contest.well_described:
         contest.enter_nonlinear(ions, contested=False)
+        contest.enter_richer(others)
     winner = contest.best(list(contest.fits) if linear else contest.determined)
     rows = contest.rows(winner)
     return contest.fits[winner], rows
@@ -78,11 +77,15 @@ class _Contest:
         self._identifiability: dict[str, Identifiability] = {}
 
     def enter(self, model: str, *, always: bool = False) -> None:
-        """Fit a model, unless it needs transients and a simpler model's residuals are only noise; or ``always``."""
-        count, costly = len(electrical_model(model).parameters), any(d.quantity in BY_TIME for d in self._data)
-        for other, found in () if always else self.fits.items():
-            if costly and model != _CHECK and found.only_noise and count >= len(found.kind.parameters):
+        """Fit a model, unless it needs transients and a simpler one's residuals leave it nothing; or ``always``."""
+        kind, by_time = electrical_model(model), [d.quantity in BY_TIME for d in self._data]
+        for other, found in self.fits.items() if any(by_time) and not always else ():
+            more, lack = len(kind.parameters) - len(found.kind.parameters), found.lack
+            if found.only_noise and more >= 0:
                 self._skip(model, "candidate-not-tried-noise", other=other)
+                return
+            if kind.linear and all(by_time) and more > 0 and lack and not lack.relaxations:
+                self._skip(model, "candidate-not-tried-relaxations", other=other)
                 return
         try:
             self.fits[model] = fit_port(self._data, model, self._held, self._per_record, self._progress)
@@ -107,6 +110,17 @@ class _Contest:
             else:
                 self.enter(model, always=not contested)  # laws of a charge that saturates leave much the same
 
+    def enter_richer(self, linear: Sequence[str]) -> None:
+        """Fit the best model's additions with each of the ``linear`` models, if it lacks relaxations."""
+        best = self.fits[self.best(list(self.fits))] if self.fits else None
+        if best is None or best.kind.linear or best.only_noise or not (best.lack and best.lack.relaxations):
+            return
+        for ions in linear:
+            model = "+".join((ions, *(a.name for a in best.kind.additions)))
+            more = len(electrical_model(ions).parameters) > len(electrical_model(best.kind.plain).parameters)
+            if more and model in model_names() and model not in self.fits:
+                self.enter(model)
+
     def _worse_together(self, model: str) -> bool:
         """Return whether the files leave more residuals together than each by itself."""
         return self.fits[model].beyond_individual(self.samples) >= EVIDENCE
@@ -116,9 +130,9 @@ class _Contest:
 
     @property
     def well_described(self) -> bool:
-        """True if the best model leaves little, or only noise."""
+        """True if the best model leaves next to nothing, or only noise."""
         best = self.fits[self.best(list(self.fits))]
-        return best.misfit <= WARN or best.only_noise
+        return best.misfit <= _LARGE or best.only_noise
 
     @property
     def determined(self) -> list[str]:

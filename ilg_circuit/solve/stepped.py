@@ -40,6 +40,8 @@ _ROUNDING, _NOISE = 1e-11, 3e-13
 _NOISE_UNEVEN = 3e-15
 #: Rounding of a nonlinear run, by Newton's iterations.
 _NOISE_NONLINEAR = 1e-10
+#: Factor by which the error of a smooth nonlinear circuit must be smaller than allowed, for it to be solved once only.
+_UNCHECKED = 10.0
 #: Factor by which halving the steps reduces an error at a kink between nodes.
 _HALVED = 8.0
 #: Least charge before or after it passes zero, relative to its largest value; smaller ones are rounding about zero.
@@ -78,6 +80,7 @@ class Batch:
         circuit, self._vectors = copies(nets)
         self._nets, self._drive, self._accuracy, self._linear = nets, drive, accuracy, nets[0].linear
         self._works, self._kinks = works, len(kinks)
+        self._smooth = all(e.law in ("", "sinh") for e in nets[0].elements)
         self._modes = modes_of(system) if self._linear else None
         self._direct = system.d[..., :-1] if self._linear else None
         self._text = "\n".join([circuit, *(source.line("external") for source in nets[0].sources)])
@@ -127,12 +130,18 @@ class Batch:
             if grid is None:
                 fineness = between_nodes if interpolate else theta
                 grid = design_grid(poles, self._drive, samples, fineness, interpolate=interpolate, **jumps)
+                if interpolate and not self._linear:  # which saves nodes at samples, but not if there are many others
+                    other = design_grid(poles, self._drive, samples, theta, interpolate=False, **jumps)
+                    interpolate = len(grid.nodes) < len(other.nodes)
+                    grid = grid if interpolate else other
             solved_on = grid.bent(bends)
             at_nodes, errors, allowed = self._extrapolated(solved_on, settled, stiff=stiff)
             values, doubt = at_samples(solved_on, at_nodes, self._drive, self._direct)
             doubt = np.where(self._judged, doubt, 0.0)
             errors = np.maximum(errors, doubt) + self._jump_errors(solved_on, fastest, at_nodes)
-            if not self._linear:
+            if not self._linear and coarser is None and self._smooth and (_UNCHECKED * errors <= allowed).all():
+                errors = np.where(self._judged, _UNCHECKED * errors + _NOISE_NONLINEAR, 0.0)
+            elif not self._linear:
                 # a kink in a law invalidates the extrapolation: twice the number of steps must give the same result
                 moved = np.inf if coarser is None else relative(values - coarser, values)
                 # hardly more than what it moved, and no less than rounding and the eighth that a kink leaves

@@ -1,0 +1,104 @@
+"""Tests whether residuals of a current are only noise, or follow the drive in a way that the model lacks.
+
+Relaxations of the drive, of its square and of its cube are fitted to the residuals: time constants that are missing
+show in the first, nonlinear laws, to the order that matters first, in all. If they explain no more than chance does
+(F-test with the number of independent samples that they leave), what is left is noise, however it is correlated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from ..drive import PiecewiseLinear
+from ..fit.criteria import parts_by_time, samples_for_bic
+from ..fit.quantiles import fisher
+from ..fit.selection import EVIDENCE
+from ..measurements.passive import relaxed
+
+#: Rates per decade; the slowest relative to the record's length, and the fastest to its shortest interval.
+_PER_DECADE, _SLOWEST, _FASTEST = 3, 0.5, 1.0
+#: Powers of the drive.
+_POWERS = (1, 2, 3)
+#: Level of the test.
+_LEVEL = 0.999
+#: Part of a wave that must be left beside all others; most points of the drive and of the readings.
+_LEFT, _MOST_POINTS = 1e-4, 20_000
+
+
+@dataclass(frozen=True)
+class Lack:
+    """What a fit lacks: ``anything`` that follows the drive; ``relaxations``, for which there is strong evidence."""
+
+    anything: bool = False
+    relaxations: bool = False
+
+    @classmethod
+    def of_any(cls, parts: Iterable[Lack | None]) -> Lack | None:
+        """Return what the fit of several files lacks; None if that of one is not known."""
+        every = list(parts)
+        known = [p for p in every if p is not None]
+        return cls(any(p.anything for p in known), any(p.relaxations for p in known)) if known == every else None
+
+
+def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: Array) -> Lack | None:
+    """Return what a fit lacks by its ``residuals`` (n,) at times ``since`` [s] (n,) the begin of its ``drive``.
+
+    ``slopes`` (n, p) are those of the fit's parameters and linear terms, which have explained what they can. None where
+    the record is too long, or has too few readings, for the test.
+    """
+    waves = _waves(since, drive.from_rest())
+    if waves is None:
+        return None
+    size = np.linalg.norm(slopes, axis=0)
+    tangent, _ = np.linalg.qr(slopes[:, size > 0] / size[size > 0])
+    unknowns = tangent.shape[1]
+    every = _beside(waves, tangent)
+    samples, explained, left = _shares(since, residuals, every)
+    count, freedom = every.shape[1], samples - unknowns - every.shape[1]
+    if not count or freedom < 1 or not left:
+        return None
+    anything = explained / count > float(fisher(_LEVEL, count, freedom)) * left / freedom
+    linear = _beside(waves[:, : waves.shape[1] // len(_POWERS)], tangent)
+    samples, explained, left = _shares(since, residuals, linear)
+    relaxations = samples * np.log1p(explained / left) > EVIDENCE + np.log(samples)
+    return Lack(bool(anything or relaxations), bool(relaxations))
+
+
+def _beside(waves: Array, tangent: Array) -> Array:
+    """Return an orthonormal basis (n, k) of what ``waves`` (n, m) hold beside the ``tangent`` (n, p)."""
+    size = np.linalg.norm(waves, axis=0)
+    waves = waves[:, size > 0] / size[size > 0]
+    left, strengths, _ = np.linalg.svd(waves - tangent @ (tangent.T @ waves), full_matrices=False)
+    return np.asarray(left[:, strengths > _LEFT])
+
+
+def _shares(since: Array, residuals: Array, basis: Array) -> tuple[float, float, float]:
+    """Return the independent samples of what a ``basis`` leaves of residuals, and the squares it explains and leaves."""
+    along = basis.T @ residuals
+    rest = residuals - basis @ along
+    return samples_for_bic(parts_by_time(since, rest)), float(along @ along), float(rest @ rest)
+
+
+def _waves(since: Array, drive: PiecewiseLinear) -> Array | None:
+    """Return a drive's powers through relaxations, and without, at times (n, waves); None with too many points."""
+    after = since >= 0
+    t = since[after]
+    inside = (drive.times >= 0) & (drive.times <= t[-1]) if len(t) else np.zeros(0, dtype=bool)
+    if len(t) < 3 or len(t) + int(inside.sum()) > _MOST_POINTS:
+        return None
+    times = np.concatenate([[0.0], drive.times[inside], t])
+    order = np.argsort(times, kind="stable")  # of several at one time, the last is the reading
+    at = np.empty(len(times), dtype=np.intp)
+    at[order] = np.arange(len(times))
+    u = np.concatenate([[0.0], drive.values[inside], drive.value(t)])[order] / (drive.largest() or 1.0)
+    step = np.diff(t)
+    low, high = _SLOWEST / float(t[-1]), _FASTEST / float(np.median(step[step > 0]))
+    rates = np.geomspace(low, high, max(int(_PER_DECADE * np.log10(high / low)) + 1, 2))
+    made = [np.vstack([relaxed(times[order], u**n, rates, np.zeros(len(rates))), u**n]) for n in _POWERS]
+    found = np.zeros((len(since), len(_POWERS) * (len(rates) + 1)))
+    found[after] = np.vstack(made)[:, at[-len(t) :]].T
+    return found
