@@ -31,17 +31,29 @@ _LEFT, _MOST_POINTS = 1e-4, 20_000
 
 @dataclass(frozen=True)
 class Lack:
-    """What a fit lacks: ``anything`` that follows the drive; ``relaxations``, for which there is strong evidence."""
+    """What a fit lacks: ``relaxations``, for which there is strong evidence, or a ``law`` that is not linear.
+
+    ``anything`` is that the residuals follow the drive at all; ``share`` is the part of their squares that does.
+    """
 
     anything: bool = False
     relaxations: bool = False
+    law: bool = False
+    share: float = 0.0
 
     @classmethod
     def of_any(cls, parts: Iterable[Lack | None]) -> Lack | None:
         """Return what the fit of several files lacks; None if that of one is not known."""
         every = list(parts)
         known = [p for p in every if p is not None]
-        return cls(any(p.anything for p in known), any(p.relaxations for p in known)) if known == every else None
+        if len(known) < len(every):
+            return None
+        return cls(
+            anything=any(p.anything for p in known),
+            relaxations=any(p.relaxations for p in known),
+            law=any(p.law for p in known),
+            share=max((p.share for p in known), default=0.0),
+        )
 
 
 def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: Array) -> Lack | None:
@@ -51,21 +63,34 @@ def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: 
     the record is too long, or has too few readings, for the test.
     """
     waves = _waves(since, drive.from_rest())
-    if waves is None:
-        return None
     size = np.linalg.norm(slopes, axis=0)
     tangent, _ = np.linalg.qr(slopes[:, size > 0] / size[size > 0])
-    unknowns = tangent.shape[1]
-    every = _beside(waves, tangent)
-    samples, explained, left = _shares(since, residuals, every)
-    count, freedom = every.shape[1], samples - unknowns - every.shape[1]
-    if not count or freedom < 1 or not left:
+    if waves is None or len(residuals) <= tangent.shape[1] + waves.shape[1]:
         return None
-    anything = explained / count > float(fisher(_LEVEL, count, freedom)) * left / freedom
-    linear = _beside(waves[:, : waves.shape[1] // len(_POWERS)], tangent)
-    samples, explained, left = _shares(since, residuals, linear)
-    relaxations = samples * np.log1p(explained / left) > EVIDENCE + np.log(samples)
-    return Lack(bool(anything or relaxations), bool(relaxations))
+    first = waves.shape[1] // len(_POWERS)
+    linear = _beside(waves[:, :first], tangent)
+    others = _beside(waves[:, first:], np.hstack([tangent, linear]))
+    along, across = linear.T @ residuals, others.T @ residuals
+    left = residuals - linear @ along
+    rest = left - others @ across
+
+    def independent(what: Array) -> float:
+        return samples_for_bic(parts_by_time(since, what))
+
+    def significant(explained: Array) -> bool:
+        """Return True if waves explain more than chance, by the samples that all leave."""
+        count, freedom = len(explained), independent(rest) - tangent.shape[1] - len(along) - len(across)
+        if not count or freedom < 1:
+            return False
+        ratio = float(explained @ explained) / count / max(float(rest @ rest), np.finfo(float).tiny) * freedom
+        return bool(ratio > float(fisher(_LEVEL, count, freedom)))
+
+    least = np.finfo(float).tiny
+    before, after, last = (max(float(r @ r), least) for r in (residuals, left, rest))
+    samples = independent(left)
+    relaxations = bool(samples * np.log(before / after) > EVIDENCE + 2 * np.log(samples))  # of one more R-C branch
+    law = significant(across)
+    return Lack(relaxations or law or significant(np.append(along, across)), relaxations, law, 1 - last / before)
 
 
 def _beside(waves: Array, tangent: Array) -> Array:
@@ -74,13 +99,6 @@ def _beside(waves: Array, tangent: Array) -> Array:
     waves = waves[:, size > 0] / size[size > 0]
     left, strengths, _ = np.linalg.svd(waves - tangent @ (tangent.T @ waves), full_matrices=False)
     return np.asarray(left[:, strengths > _LEFT])
-
-
-def _shares(since: Array, residuals: Array, basis: Array) -> tuple[float, float, float]:
-    """Return the independent samples of what a ``basis`` leaves of residuals, and the squares it explains and leaves."""
-    along = basis.T @ residuals
-    rest = residuals - basis @ along
-    return samples_for_bic(parts_by_time(since, rest)), float(along @ along), float(rest @ rest)
 
 
 def _waves(since: Array, drive: PiecewiseLinear) -> Array | None:

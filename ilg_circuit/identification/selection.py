@@ -12,15 +12,18 @@ from ..errors import IlgError, SolveError
 from ..findings import Finding
 from ..fit.criteria import parts_by_time, samples_for_bic
 from ..fit.identifiability import Identifiability
+from ..fit.misfit import WARN
 from ..fit.problem import Progress
+from ..fit.reported import correlated
 from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independent, clearly_better, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names
 from .impedance import ImpedanceData
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import BY_TIME, PortData
 
-#: Rms of the residuals of one file, relative to its size, above which nonlinear models are tried.
-_LARGE = 0.005
+#: Rms of the residuals of one file, relative to its size, above which nonlinear models are tried; the same of the part
+#: that follows the drive.
+_LARGE, _FOLLOWING = 0.005, 0.0025
 
 
 def fit_named(
@@ -105,6 +108,8 @@ class _Contest:
                     self._skip(model, "candidate-not-tried-voltages")
             elif ions in self.fits and len(self._data) == 1 and not self.fits[ions].misfit > _LARGE:
                 self._skip(model, "candidate-not-tried-alone", other=ions)
+            elif ions in self.fits and len(self._data) == 1 and not self._following(ions) > _FOLLOWING:
+                self._skip(model, "candidate-not-tried-little", other=ions)
             elif ions in self.fits and len(self._data) > 1 and not self._worse_together(ions):
                 self._skip(model, "candidate-not-tried-gain", other=ions)
             else:
@@ -121,6 +126,12 @@ class _Contest:
             if more and model in model_names() and model not in self.fits:
                 self.enter(model)
 
+    def _following(self, model: str) -> float:
+        """Return the rms of residuals that follow the drive, relative to the size; all of correlated ones."""
+        found = self.fits[model]
+        known = found.lack is not None and not correlated(found.fit)
+        return found.misfit * (found.lack.share if found.lack and known else 1.0) ** 0.5
+
     def _worse_together(self, model: str) -> bool:
         """Return whether the files leave more residuals together than each by itself."""
         return self.fits[model].beyond_individual(self.samples) >= EVIDENCE
@@ -130,9 +141,9 @@ class _Contest:
 
     @property
     def well_described(self) -> bool:
-        """True if the best model leaves next to nothing, or only noise."""
+        """True if the best model leaves little but what more relaxations may explain, or only noise."""
         best = self.fits[self.best(list(self.fits))]
-        return best.misfit <= _LARGE or best.only_noise
+        return best.only_noise or (best.misfit <= WARN and not (best.lack and best.lack.law))
 
     @property
     def determined(self) -> list[str]:

@@ -40,6 +40,8 @@ _ROUNDING, _NOISE = 1e-11, 3e-13
 _NOISE_UNEVEN = 3e-15
 #: Rounding of a nonlinear run, by Newton's iterations.
 _NOISE_NONLINEAR = 1e-10
+#: Accuracy above which a linear circuit's grid is coarse enough to gain by nodes at the samples.
+_COARSE = 1e-6
 #: Factor by which the error of a smooth nonlinear circuit must be smaller than allowed, for it to be solved once only.
 _UNCHECKED = 10.0
 #: Factor by which halving the steps reduces an error at a kink between nodes.
@@ -130,7 +132,8 @@ class Batch:
             if grid is None:
                 fineness = between_nodes if interpolate else theta
                 grid = design_grid(poles, self._drive, samples, fineness, interpolate=interpolate, **jumps)
-                if interpolate and not self._linear:  # which saves nodes at samples, but not if there are many others
+                if interpolate and (not self._linear or accuracy > _COARSE):
+                    # which saves nodes at the samples, but costs more than these where they are few beside others
                     other = design_grid(poles, self._drive, samples, theta, interpolate=False, **jumps)
                     interpolate = len(grid.nodes) < len(other.nodes)
                     grid = grid if interpolate else other
