@@ -21,6 +21,8 @@ from .impedance import ImpedanceData
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import BY_TIME, PortData
 
+#: Model that is tried even if a simpler model's residuals are only noise, to check that one pole is enough.
+_CHECK = "rc2"
 #: Rms of the residuals of one file, relative to its size, above which nonlinear models are tried; the same of the part
 #: that follows the drive.
 _LARGE, _FOLLOWING = 0.005, 0.0025
@@ -84,10 +86,11 @@ class _Contest:
         kind, by_time = electrical_model(model), [d.quantity in BY_TIME for d in self._data]
         for other, found in self.fits.items() if any(by_time) and not always else ():
             more, lack = len(kind.parameters) - len(found.kind.parameters), found.lack
-            if found.only_noise and more >= 0:
+            if model != _CHECK and found.only_noise and more >= 0:
                 self._skip(model, "candidate-not-tried-noise", other=other)
                 return
-            if kind.linear and all(by_time) and more > 0 and lack and not lack.relaxations:
+            hopeless = lack is not None and not lack.relaxations and not found.only_noise
+            if kind.linear and all(by_time) and more > 0 and hopeless:
                 self._skip(model, "candidate-not-tried-relaxations", other=other)
                 return
         try:

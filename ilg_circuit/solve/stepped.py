@@ -143,7 +143,7 @@ class Batch:
             doubt = np.where(self._judged, doubt, 0.0)
             errors = np.maximum(errors, doubt) + self._jump_errors(solved_on, fastest, at_nodes)
             if not self._linear and coarser is None and self._smooth and (_UNCHECKED * errors <= allowed).all():
-                errors = np.where(self._judged, _UNCHECKED * errors + _NOISE_NONLINEAR, 0.0)
+                errors = np.where(self._judged, errors + _NOISE_NONLINEAR, 0.0)
             elif not self._linear:
                 # a kink in a law invalidates the extrapolation: twice the number of steps must give the same result
                 moved = np.inf if coarser is None else relative(values - coarser, values)
