@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
-from ..fit.criteria import parts_by_time, samples_for_bic
+from ..fit.criteria import autocorrelation, parts_by_time, samples_for_bic
 from ..fit.quantiles import fisher
 from ..fit.selection import EVIDENCE
 from ..measurements.passive import relaxed
@@ -25,6 +25,8 @@ _PER_DECADE, _SLOWEST, _FASTEST = 3, 0.5, 1.0
 _POWERS = (1, 2, 3)
 #: Level of the test.
 _LEVEL = 0.999
+#: Rounds in which the correlation of noise is corrected.
+_ROUNDS = 10
 #: Part of a wave that must be left beside all others; most points of the drive and of the readings.
 _LEFT, _MOST_POINTS = 1e-4, 20_000
 
@@ -74,12 +76,11 @@ def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: 
     left = residuals - linear @ along
     rest = left - others @ across
 
-    def independent(what: Array) -> float:
-        return samples_for_bic(parts_by_time(since, what))
+    samples = _independent(since, rest, len(along) + len(across))
 
     def significant(explained: Array) -> bool:
         """Return True if waves explain more than chance, by the samples that all leave."""
-        count, freedom = len(explained), independent(rest) - tangent.shape[1] - len(along) - len(across)
+        count, freedom = len(explained), samples - tangent.shape[1] - len(along) - len(across)
         if not count or freedom < 1:
             return False
         ratio = float(explained @ explained) / count / max(float(rest @ rest), np.finfo(float).tiny) * freedom
@@ -87,10 +88,27 @@ def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: 
 
     least = np.finfo(float).tiny
     before, after, last = (max(float(r @ r), least) for r in (residuals, left, rest))
-    samples = independent(left)
-    relaxations = bool(samples * np.log(before / after) > EVIDENCE + 2 * np.log(samples))  # of one more R-C branch
+    fewer = _independent(since, left, len(along))
+    relaxations = bool(fewer * np.log(before / after) > EVIDENCE + 2 * np.log(fewer))  # of one more R-C branch
     law = significant(across)
     return Lack(relaxations or law or significant(np.append(along, across)), relaxations, law, 1 - last / before)
+
+
+def _independent(since: Array, left: Array, taken: int) -> float:
+    """Return the number of independent samples of noise, of which smooth waves, so many, were ``taken`` out.
+
+    What is left of autocorrelated noise is less autocorrelated: smooth waves take out more than their number.
+    """
+    count, correlation = len(left), autocorrelation(left)
+    samples = samples_for_bic(parts_by_time(since, left))
+    if correlation <= 3 / np.sqrt(count):
+        return samples
+    time = 1.0
+    for _ in range(_ROUNDS):
+        share = min(taken * time / count, 1.0)
+        whole = (correlation + share) / (1 + share)
+        time = (1 + whole) / (1 - whole)
+    return min(samples, count / time)
 
 
 def _beside(waves: Array, tangent: Array) -> Array:

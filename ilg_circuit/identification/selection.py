@@ -63,6 +63,7 @@ def fit_best(
     ions = contest.best(linear) if linear else first
     contest.enter_nonlinear(ions)
     contest.enter_richer(others)
+    contest.enter_beside(others)
     if not linear or not contest.well_described:
         contest.enter_nonlinear(ions, contested=False)
         contest.enter_richer(others)
@@ -128,6 +129,16 @@ class _Contest:
             more = len(electrical_model(ions).parameters) > len(electrical_model(best.kind.plain).parameters)
             if more and model in model_names() and model not in self.fits:
                 self.enter(model)
+
+    def enter_beside(self, linear: Sequence[str]) -> None:
+        """Fit the first of the ``linear`` models that cannot be fitted with each law, if one is missing.
+
+        It is the law that may keep it from being fitted.
+        """
+        best = self.fits[self.best(list(self.fits))] if self.fits else None
+        failed = [m for m in linear if m in self.failures and self.failures[m][0] == "failed"]
+        if failed and best is not None and not best.only_noise and best.lack is not None and best.lack.law:
+            self.enter_nonlinear(failed[0])
 
     def _following(self, model: str) -> float:
         """Return the rms of residuals that follow the drive, relative to the size; all of correlated ones."""

@@ -11,6 +11,7 @@ import pytest
 
 import ilg_circuit as ilg
 from ilg_circuit.errors import SolveError
+from ilg_circuit.findings import codes
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.strip.actuator import Actuator
 from ilg_circuit.strip.couplings import CouplingLaw, VoltageRelaxations
@@ -145,3 +146,32 @@ def test_its_displacement_is_fitted_too(law: CouplingLaw) -> None:
     for name in names:
         one = found[f"coupling_{name}"]
         assert one.value == pytest.approx(getattr(law, name), abs=3.5 * one.reported[0]), name
+
+
+CORNERS = ([0.0, 8, 20, 26, 45, 52, 70, 78, 96, 110, 120], [0.0, 2.5, -1.0, 3.0, 0.5, -2.5, 2.0, -3.0, 1.0, -0.5, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("model", "drive"),
+    [
+        ("rc2+sinh", "sine:3V,0.03Hz"),  # no linear model shows the second branch beside the sinh path
+        ("rc2+growing", CORNERS),  # two linear branches leave residuals that look like noise
+        ("rc+saturating", CORNERS),  # and one leaves less than 2 %
+    ],
+)
+def test_a_law_and_relaxations_are_found_in_noise(model: str, drive: Any) -> None:
+    """Values of the model that was taken were up to 40 standard errors off."""
+    found = identified(every_model.strip_of(model), drive, noise=1e-2)
+    assert found.success
+    assert found.model == model
+    assert not {"model-lacks", "residuals-structured"} & codes(found.findings)
+    for name in found.port.kind.names:
+        one = found[name]
+        assert one.value == pytest.approx(every_model.VALUES[name], abs=3.5 * one.reported[0]), name
+
+
+def test_a_model_that_lacks_something_is_told() -> None:
+    found = identified(every_model.strip_of("rc+saturating"), CORNERS, noise=2e-2, model="rc")
+    (line,) = (f for f in found.findings if f.code == "model-lacks")
+    assert "still follow the drive" in str(line)
+    assert 0.005 < line.values["share"] < 0.015
