@@ -61,12 +61,13 @@ def fit_best(
         contest.enter(model)
     linear = [m for m in contest.fits if electrical_model(m).linear]
     ions = contest.best(linear) if linear else first
-    contest.enter_nonlinear(ions)
-    contest.enter_richer(others)
-    contest.enter_beside(others)
-    if not linear or not contest.well_described:
-        contest.enter_nonlinear(ions, contested=False)
+    bases = dict.fromkeys([ions, first])
+    for contested in (True, False):
+        for base in bases:
+            if contested or not linear or not contest.well_described:
+                contest.enter_nonlinear(base, contested=contested)
         contest.enter_richer(others)
+    contest.enter_beside(others[0])
     winner = contest.best(list(contest.fits) if linear else contest.determined)
     rows = contest.rows(winner)
     return contest.fits[winner], rows
@@ -120,25 +121,25 @@ class _Contest:
                 self.enter(model, always=not contested)  # laws of a charge that saturates leave much the same
 
     def enter_richer(self, linear: Sequence[str]) -> None:
-        """Fit the best model's additions with each of the ``linear`` models, if it lacks relaxations."""
-        best = self.fits[self.best(list(self.fits))] if self.fits else None
+        """Fit the laws of the closest model with each of the ``linear`` ones, if it lacks relaxations."""
+        best = self.fits[self.richest] if self.fits else None
         if best is None or best.kind.linear or best.only_noise or not (best.lack and best.lack.relaxations):
             return
-        for ions in linear:
+        costly = not all(a.contested for a in best.kind.additions)
+        if not self._following(self.richest) > (_LARGE if costly else _FOLLOWING):
+            return
+        for ions in linear[:1] if costly else linear:
             model = "+".join((ions, *(a.name for a in best.kind.additions)))
             more = len(electrical_model(ions).parameters) > len(electrical_model(best.kind.plain).parameters)
             if more and model in model_names() and model not in self.fits:
                 self.enter(model)
 
-    def enter_beside(self, linear: Sequence[str]) -> None:
-        """Fit the first of the ``linear`` models that cannot be fitted with each law, if one is missing.
-
-        It is the law that may keep it from being fitted.
-        """
+    def enter_beside(self, linear: str) -> None:
+        """Fit a ``linear`` model that could not be fitted with each law, if one is missing: it may be the reason."""
         best = self.fits[self.best(list(self.fits))] if self.fits else None
-        failed = [m for m in linear if m in self.failures and self.failures[m][0] == "failed"]
+        failed = self.failures.get(linear, ("",))[0] == "failed"
         if failed and best is not None and not best.only_noise and best.lack is not None and best.lack.law:
-            self.enter_nonlinear(failed[0])
+            self.enter_nonlinear(linear)
 
     def _following(self, model: str) -> float:
         """Return the rms of residuals that follow the drive, relative to the size; all of correlated ones."""
@@ -155,9 +156,10 @@ class _Contest:
 
     @property
     def well_described(self) -> bool:
-        """True if the best model leaves little but what more relaxations may explain, or only noise."""
+        """True if the best model leaves only noise, or little that relaxations may explain."""
         best = self.fits[self.best(list(self.fits))]
-        return best.only_noise or (best.misfit <= WARN and not (best.lack and best.lack.law))
+        relaxing = best.lack is not None and best.lack.relaxations and not best.lack.law
+        return best.only_noise or (best.misfit <= WARN and relaxing)
 
     @property
     def determined(self) -> list[str]:

@@ -206,12 +206,16 @@ def design_grid(
     starts = np.concatenate([[0.0], breakpoints + half])
     ends = np.concatenate([breakpoints - half, [end]])
     valid = np.flatnonzero(ends > starts)
-    profile = _profile(poles, drive.angular_frequency(), float((ends - starts).max(initial=0.0)), theta)
+    longest = float((ends - starts).max(initial=0.0))
+    profile = _profile(poles, drive.angular_frequency(), longest, theta)
+    bend = np.inf if linear or drive.angular_frequency() else _bend(drive, begins, end)
+    after_kink = profile if bend == np.inf else _profile(poles, 0.0, longest, theta, bend)
     smallest = max(_FIRST_STEP / fastest, _LEAST_STEP * end)
     pieces: list[Array] = []
     for k in valid:
         a, b = float(starts[k]), float(ends[k])
-        piece = np.concatenate([[a], _cut(profile, b - a) + a, [b]])
+        nodes_of = after_kink if k and not half[k - 1] else profile
+        piece = np.concatenate([[a], _cut(nodes_of, b - a) + a, [b]])
         if k == 0:
             piece = np.concatenate([[a], _launch(float(piece[1] - a), smallest) + a, piece[1:]])
         elif (half[k - 1] or half[k : k + 1].any()) and len(piece) < _BESIDE_JUMP:
@@ -233,6 +237,17 @@ def design_grid(
     home = np.clip(home, 0, None).astype(np.intp)
     rise = rise if jumping.any() else 0.0
     return Grid(nodes, samples, index.astype(np.intp), segments.astype(np.intp), home, rise, linear)
+
+
+def _bend(drive: Drive, begins: Array, end: float) -> float:
+    """Return the largest change of slope at a drive's corners over its largest value [1/s].
+
+    A mode of rate p is excited by a corner as by a jump of the change of slope over p.
+    """
+    bounds = np.append(begins, end)
+    halves = np.maximum(np.diff(bounds) / 2, np.finfo(float).tiny)
+    slopes = (levels(drive, bounds[:-1] + halves) - levels(drive, bounds[:-1])) / halves
+    return float(np.abs(np.diff(slopes)).max(initial=0.0)) / (drive.largest() or 1.0) or np.inf
 
 
 def _level_rise(drive: Drive, breakpoints: Array, jumping: Mask, end: float, fastest: float) -> float:
@@ -271,18 +286,22 @@ def smooth_intervals(poles: ComplexArray, drive: Drive, end: float) -> Array:
     return np.unique(np.append(np.concatenate(pieces), end))
 
 
-def _profile(poles: ComplexArray, omega: float, longest: float, theta: float) -> Array:
-    """Return nodes (without the start) of a segment of length ``longest``, by inverting N(t) = integral dt/h(t)."""
+def _profile(poles: ComplexArray, omega: float, longest: float, theta: float, bend: float = np.inf) -> Array:
+    """Return nodes (without the start) of a segment of length ``longest``, by inverting N(t) = integral dt/h(t).
+
+    Modes faster than ``bend`` [1/s] are excited by that ratio less than by a jump, see `_bend`.
+    """
     modes = poles[np.abs(poles) > 0]
     if not longest or (not len(modes) and not omega):
         return np.empty(0)
     fastest = np.abs(modes).max(initial=omega)
-    first = min(theta / fastest, longest)
+    first = min(theta / fastest * max(fastest / bend, 1.0) ** (1 / _ORDER), longest)
     t = np.concatenate([[0.0], np.geomspace(first / 8, longest, 2000)])
     step = np.full(len(t), theta / omega if omega else np.inf)
     for pole in representatives(modes):
         decay = max(-pole.real, 0.0)
-        step = np.minimum(step, theta / abs(pole) * np.exp(np.minimum(decay * t / _ORDER, 600)))
+        less = max(abs(pole) / bend, 1.0) ** (1 / _ORDER)
+        step = np.minimum(step, theta / abs(pole) * less * np.exp(np.minimum(decay * t / _ORDER, 600)))
     step = np.minimum(step, np.maximum(_GROWTH * t, first))
     density = 1 / step
     count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(t))])

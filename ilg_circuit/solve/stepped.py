@@ -43,7 +43,7 @@ _NOISE_NONLINEAR = 1e-10
 #: Accuracy above which a linear circuit's grid is coarse enough to gain by nodes at the samples.
 _COARSE = 1e-6
 #: Factor by which the error of a smooth nonlinear circuit must be smaller than allowed, for it to be solved once only.
-_UNCHECKED = 10.0
+_UNCHECKED = 3.0
 #: Factor by which halving the steps reduces an error at a kink between nodes.
 _HALVED = 8.0
 #: Least charge before or after it passes zero, relative to its largest value; smaller ones are rounding about zero.
