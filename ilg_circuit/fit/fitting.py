@@ -66,15 +66,16 @@ def fit(
     return _fit_connected(problem, start, progress, tolerance, most)
 
 
-def fit_near(problem: Problem, start: Array, progress: Progress = None) -> FitResult:
+def fit_near(problem: Problem, start: Array, progress: Progress = None, most: int | None = None) -> FitResult:
     """Return the fit of ``problem`` from values ``start`` (n,) near its minimum, by few Gauss-Newton steps.
 
     Where residuals are more than noise, each step leaves a constant part of the distance to go: the steps are
     accelerated by Anderson's method (J. ACM 12, 547, 1965) of depth 1. They need less memory than a descent, which is
-    used if they do not converge, or lead upwards: that method is drawn to maxima, too. Raises SolveError as `fit`.
+    used if they do not converge, or lead upwards: that method is drawn to maxima, too. ``most`` is the number of its
+    evaluations, as of `fit`. Raises SolveError as that.
     """
     if len(problem.components()) > 1:
-        return _each(problem, start, lambda part, begin: fit_near(part, begin, progress))
+        return _each(problem, start, lambda part, begin: fit_near(part, begin, progress, most))
     evaluate, n = Evaluation(problem, progress), len(problem.labels)
     x = np.concatenate([problem.scales.coordinates(start), np.zeros(problem.nuisance.shape[1])])
     before: tuple[Array, Array] | None = None
@@ -98,7 +99,7 @@ def fit_near(problem: Problem, start: Array, progress: Progress = None) -> FitRe
             if (size := float(felt @ felt)) > 0:
                 gained = step - (whole @ step) @ felt / size * (moved + change)
         before, x = (x, step), x + gained
-    return fit(problem, start, progress)
+    return fit(problem, start, progress, most=most)
 
 
 def _each(problem: Problem, start: Array, fitted: Callable[[Problem, Array], FitResult]) -> FitResult:

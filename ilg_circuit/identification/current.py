@@ -37,16 +37,16 @@ from .port_response import at_rest, closed, current_slopes, currents_of
 from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
 
-#: Largest number of rows of a fit, and of the trial fits that compare models.
-_MOST_ROWS, _TRIAL_ROWS = 4000, 2000
-#: Number of rows with which the onset is searched, for models that determine it.
-_ONSET_ROWS = 400
+#: Largest number of rows of a fit, of the trial fits that compare models, and of a search for the onset.
+_MOST_ROWS, _TRIAL_ROWS, _ONSET_ROWS = 4000, 2000, 400
 #: Tolerance of a fit of which only the residuals are used.
 _ROUGH = 1e-5
 #: Error of an engine's transient in a fit, relative to the largest current.
 _ACCURACY = 1e-6
 #: The same in a fit that only selects the best of several starts.
 _ROUGH_ACCURACY = 1e-3
+#: Largest number of evaluations of a nonlinear model's fit from where a search ended.
+_MOST_EVALUATIONS = 60
 #: Models that place jumps for a richer one.
 _SIMPLER = ("rc2", "rc")
 
@@ -376,10 +376,11 @@ class CurrentData:
         values, starts, check = search_starts(problem, lambda at: self.without_engine(model, at), self.since, start)
         model = PortModel(kind, held, tuple(values.tolist()))
         problem = port_problem((self,), model, (1.0,))
-        found = fit_near(problem, values, progress)
+        most = None if kind.linear else _MOST_EVALUATIONS
+        found = fit_near(problem, values, progress, most)
         ordered = found.values[kind.order(found.values)]
         if not np.array_equal(ordered, found.values):
-            found = fit_near(problem, ordered, progress)
+            found = fit_near(problem, ordered, progress, most)
         check(found.values)
         return IndividualFit(self, model, with_starts(found, starts))
 

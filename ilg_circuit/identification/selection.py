@@ -26,6 +26,8 @@ _CHECK = "rc2"
 #: Rms of the residuals of one file, relative to its size, above which nonlinear models are tried; the same of the part
 #: that follows the drive.
 _LARGE, _FOLLOWING = 0.005, 0.0025
+#: Ratio of misfits of linear models above which nonlinear laws are tried with the better one alone.
+_FAR = 3.0
 
 
 def fit_named(
@@ -47,9 +49,10 @@ def fit_best(
     rms; a candidate whose rms is smaller by a factor of `CLEAR` does not lose. A model with a parameter that is not
     determined, or whose best fit was reached from one start only, is not chosen. A sinh electron path or a growing
     capacitance is tried if voltages differ and the best linear model's residuals exceed the individual fits', or, of
-    one file, are large; a saturating charge only where no linear model can be fitted, or none describes the data well.
-    Where no linear one can be fitted, another is taken only if the data determine it. Raises SolveError if there is
-    none.
+    one file, are large; a saturating charge only where no linear model can be fitted, or where what is left is more
+    than noise and more than relaxations explain. Laws are tried with the best linear model and with the simplest, with
+    more relaxations where these are missing, and with a model that cannot be fitted without. Where no linear one can be
+    fitted, another is taken only if the data determine it. Raises SolveError if there is none.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
@@ -61,7 +64,7 @@ def fit_best(
         contest.enter(model)
     linear = [m for m in contest.fits if electrical_model(m).linear]
     ions = contest.best(linear) if linear else first
-    bases = dict.fromkeys([ions, first])
+    bases = [ions] if ions == first or contest.far_from(first, ions) else [ions, first]
     for contested in (True, False):
         for base in bases:
             if contested or not linear or not contest.well_described:
@@ -140,6 +143,10 @@ class _Contest:
         failed = self.failures.get(linear, ("",))[0] == "failed"
         if failed and best is not None and not best.only_noise and best.lack is not None and best.lack.law:
             self.enter_nonlinear(linear)
+
+    def far_from(self, model: str, other: str) -> bool:
+        """Return True if a model leaves so much more than another that no law makes up for it."""
+        return model in self.fits and self.fits[model].misfit > _FAR * self.fits[other].misfit
 
     def _following(self, model: str) -> float:
         """Return the rms of residuals that follow the drive, relative to the size; all of correlated ones."""
