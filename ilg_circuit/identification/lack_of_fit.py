@@ -27,8 +27,12 @@ _POWERS = (1, 2, 3)
 _LEVEL = 0.999
 #: Rounds in which the correlation of noise is corrected.
 _ROUNDS = 10
-#: Part of a wave that must be left beside all others; most points of the drive and of the readings.
-_LEFT, _MOST_POINTS = 1e-4, 20_000
+#: Part of a wave that must be left beside all others.
+_LEFT = 1e-4
+#: Most readings that are tested, and most of them and points of the drive together.
+_MOST_READINGS, _MOST_POINTS = 4000, 20_000
+#: Largest correlation of neighbours that is corrected.
+_MOST_CORRELATED = 0.999
 
 
 @dataclass(frozen=True)
@@ -61,21 +65,22 @@ class Lack:
 def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: Array) -> Lack | None:
     """Return what a fit lacks by its ``residuals`` (n,) at times ``since`` [s] (n,) the begin of its ``drive``.
 
-    ``slopes`` (n, p) are those of the fit's parameters and linear terms, which have explained what they can. None where
-    the record is too long, or has too few readings, for the test.
+    ``slopes`` (n, p) are those of the fit's parameters and linear terms, which have explained what they can. Of a long
+    record some readings are tested. None where the drive has too many points, or the record too few readings.
     """
+    some = slice(None, None, -(-len(since) // _MOST_READINGS))
+    since, residuals, slopes = since[some], residuals[some], slopes[some]
     waves = _waves(since, drive.from_rest())
+    if waves is None or len(residuals) <= slopes.shape[1] + waves.shape[1]:
+        return None
     size = np.linalg.norm(slopes, axis=0)
     tangent, _ = np.linalg.qr(slopes[:, size > 0] / size[size > 0])
-    if waves is None or len(residuals) <= tangent.shape[1] + waves.shape[1]:
-        return None
     first = waves.shape[1] // len(_POWERS)
     linear = _beside(waves[:, :first], tangent)
     others = _beside(waves[:, first:], np.hstack([tangent, linear]))
     along, across = linear.T @ residuals, others.T @ residuals
     left = residuals - linear @ along
     rest = left - others @ across
-
     samples = _independent(since, rest, len(along) + len(across))
 
     def significant(explained: Array) -> bool:
@@ -106,7 +111,7 @@ def _independent(since: Array, left: Array, taken: int) -> float:
     time = 1.0
     for _ in range(_ROUNDS):
         share = min(taken * time / count, 1.0)
-        whole = (correlation + share) / (1 + share)
+        whole = min((correlation + share) / (1 + share), _MOST_CORRELATED)
         time = (1 + whole) / (1 - whole)
     return min(samples, count / time)
 

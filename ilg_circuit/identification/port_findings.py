@@ -66,8 +66,9 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
         failed = [c for c in candidates if c.status == "failed"]
         found += [Finding("model-not-fitted", values={"model": c.model, "reason": c.against}) for c in failed]
     elif port.lack is not None and port.lack.anything:
-        values = {"model": port.kind.name, "share": port.misfit * port.lack.share**0.5}
-        found.append(Finding("model-lacks", values=values))
+        share = port.misfit * port.lack.share**0.5
+        if share > _NEGLIGIBLE:
+            found.append(Finding("model-lacks", values={"model": port.kind.name, "share": share}))
     if DC in port.fixed:
         found.append(Finding("electron-path-open", values={"reason": port.fixed[DC], "given": port.values[DC]}))
     found += start_findings(port.fit.starts)

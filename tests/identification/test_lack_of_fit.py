@@ -95,6 +95,14 @@ def test_what_several_files_lack_is_what_any_of_them_does() -> None:
     assert Lack.of_any([]) == Lack()
 
 
+def test_some_readings_of_a_long_record_are_tested(monkeypatch: pytest.MonkeyPatch) -> None:
+    drive = DRIVES["staircase"]
+    monkeypatch.setattr(module, "_MOST_READINGS", 300)
+    missing = left(drive, wave(drive, 60.0))
+    assert found(drive, noise(0) + missing / float(np.sqrt(np.mean(missing**2)))).relaxations
+    assert not found(drive, noise(0)).anything
+
+
 def test_records_that_are_too_long_or_too_short_are_not_tested(monkeypatch: pytest.MonkeyPatch) -> None:
     step = DRIVES["step"]
     few = slice(8, 22)
