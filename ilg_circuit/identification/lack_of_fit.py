@@ -27,6 +27,8 @@ _POWERS = (1, 2, 3)
 _LEVEL = 0.999
 #: Rounds in which the correlation of noise is corrected.
 _ROUNDS = 10
+#: Fewest readings at rest whose correlation is known.
+_AT_REST = 8
 #: Part of a wave that must be left beside all others.
 _LEFT = 1e-4
 #: Most readings that are tested, and most of them and points of the drive together.
@@ -40,12 +42,14 @@ class Lack:
     """What a fit lacks: ``relaxations``, for which there is strong evidence, or a ``law`` that is not linear.
 
     ``anything`` is that the residuals follow the drive at all; ``share`` is the part of their squares that does.
+    ``coloured`` is that the test could tell, and the rest is no more autocorrelated than the readings at rest are.
     """
 
     anything: bool = False
     relaxations: bool = False
     law: bool = False
     share: float = 0.0
+    coloured: bool = False
 
     @classmethod
     def of_any(cls, parts: Iterable[Lack | None]) -> Lack | None:
@@ -59,6 +63,7 @@ class Lack:
             relaxations=any(p.relaxations for p in known),
             law=any(p.law for p in known),
             share=max((p.share for p in known), default=0.0),
+            coloured=bool(known) and all(p.coloured for p in known),
         )
 
 
@@ -81,11 +86,12 @@ def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: 
     along, across = linear.T @ residuals, others.T @ residuals
     left = residuals - linear @ along
     rest = left - others @ across
-    samples = _independent(since, rest, len(along) + len(across))
+    taken = len(along) + len(across)
+    freedom = _independent(since, rest, taken) - tangent.shape[1] - taken
 
     def significant(explained: Array) -> bool:
         """Return True if waves explain more than chance, by the samples that all leave."""
-        count, freedom = len(explained), samples - tangent.shape[1] - len(along) - len(across)
+        count = len(explained)
         if not count or freedom < 1:
             return False
         ratio = float(explained @ explained) / count / max(float(rest @ rest), np.finfo(float).tiny) * freedom
@@ -96,7 +102,23 @@ def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: 
     fewer = _independent(since, left, len(along))
     relaxations = bool(fewer * np.log(before / after) > EVIDENCE + 2 * np.log(fewer))  # of one more R-C branch
     law = significant(across)
-    return Lack(relaxations or law or significant(np.append(along, across)), relaxations, law, 1 - last / before)
+    return Lack(
+        anything=relaxations or law or significant(np.append(along, across)),
+        relaxations=relaxations,
+        law=law,
+        share=1 - last / before,
+        coloured=freedom >= taken and _as_at_rest(since, rest),
+    )
+
+
+def _as_at_rest(since: Array, left: Array) -> bool:
+    """Return True if noise that is ``left`` after the onset is no more autocorrelated than before, within 3 errors."""
+    before, after = left[since < 0], left[since >= 0]
+    if len(before) < _AT_REST:
+        return False
+    correlation, at_rest = autocorrelation(after), autocorrelation(before - before.mean())
+    at_rest += (1 + 3 * at_rest) / len(before)  # its bias
+    return correlation <= at_rest + 3 * float(np.sqrt(max(1 - correlation**2, 0.0) / len(before)))
 
 
 def _independent(since: Array, left: Array, taken: int) -> float:

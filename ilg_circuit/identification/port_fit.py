@@ -103,7 +103,8 @@ class PortFit:
         """True if no file's residuals follow its drive or exceed its individual fit's; or if all are only rounding."""
         if all(rms <= NEGLIGIBLE * d.size for rms, d in zip(self.rms, self.data, strict=True)):
             return True
-        if correlated(self.fit) or (self.lack is not None and self.lack.anything):
+        lack = self.lack or Lack()
+        if lack.anything or (correlated(self.fit) and not lack.coloured):
             return False
         return self.beyond_individual(self.independent()) < EVIDENCE
 

@@ -51,8 +51,8 @@ def fit_best(
     capacitance is tried if voltages differ and the best linear model's residuals exceed the individual fits', or, of
     one file, are large; a saturating charge only where no linear model can be fitted, or where what is left is more
     than noise and more than relaxations explain. Laws are tried with the best linear model and with the simplest, with
-    more relaxations where these are missing, and with a model that cannot be fitted without. Where no linear one can be
-    fitted, another is taken only if the data determine it. Raises SolveError if there is none.
+    more relaxations where these are missing, and with two branches that cannot be fitted without. Where no linear one
+    can be fitted, another is taken only if the data determine it. Raises SolveError if there is none.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
@@ -65,10 +65,11 @@ def fit_best(
     linear = [m for m in contest.fits if electrical_model(m).linear]
     ions = contest.best(linear) if linear else first
     bases = [ions] if ions == first or contest.far_from(first, ions) else [ions, first]
-    for contested in (True, False):
-        for base in bases:
-            if contested or not linear or not contest.well_described:
-                contest.enter_nonlinear(base, contested=contested)
+    for base in bases:
+        contest.enter_nonlinear(base)
+    contest.enter_richer(others)
+    if first in bases and (not linear or not contest.well_described):
+        contest.enter_nonlinear(first, contested=False)
         contest.enter_richer(others)
     contest.enter_beside(others[0])
     winner = contest.best(list(contest.fits) if linear else contest.determined)
@@ -124,18 +125,18 @@ class _Contest:
                 self.enter(model, always=not contested)  # laws of a charge that saturates leave much the same
 
     def enter_richer(self, linear: Sequence[str]) -> None:
-        """Fit the laws of the closest model with each of the ``linear`` ones, if it lacks relaxations."""
-        best = self.fits[self.richest] if self.fits else None
-        if best is None or best.kind.linear or best.only_noise or not (best.lack and best.lack.relaxations):
-            return
-        costly = not all(a.contested for a in best.kind.additions)
-        if not self._following(self.richest) > (_LARGE if costly else _FOLLOWING):
-            return
-        for ions in linear[:1] if costly else linear:
-            model = "+".join((ions, *(a.name for a in best.kind.additions)))
-            more = len(electrical_model(ions).parameters) > len(electrical_model(best.kind.plain).parameters)
-            if more and model in model_names() and model not in self.fits:
-                self.enter(model)
+        """Fit the laws that lack relaxations with the ``linear`` models that have more, the closest one with all."""
+        laws = sorted((m for m, f in self.fits.items() if not f.kind.linear), key=lambda m: self.fits[m].misfit)
+        for k, law in enumerate(laws):
+            best, found = self.fits[self.best(list(self.fits))], self.fits[law]
+            costly = not all(a.contested for a in found.kind.additions)
+            if best.only_noise or not self._following(law) > (_LARGE if costly else _FOLLOWING):
+                return
+            for ions in linear[:1] if costly or k else linear:
+                model = "+".join((ions, *(a.name for a in found.kind.additions)))
+                more = len(electrical_model(ions).parameters) > len(electrical_model(found.kind.plain).parameters)
+                if found.lack and found.lack.relaxations and more and model in model_names() and model not in self.fits:
+                    self.enter(model)
 
     def enter_beside(self, linear: str) -> None:
         """Fit a ``linear`` model that could not be fitted with each law, if one is missing: it may be the reason."""
@@ -151,7 +152,7 @@ class _Contest:
     def _following(self, model: str) -> float:
         """Return the rms of residuals that follow the drive, relative to the size; all of correlated ones."""
         found = self.fits[model]
-        known = found.lack is not None and not correlated(found.fit)
+        known = found.lack is not None and (found.lack.coloured or not correlated(found.fit))
         return found.misfit * (found.lack.share if found.lack and known else 1.0) ** 0.5
 
     def _worse_together(self, model: str) -> bool:

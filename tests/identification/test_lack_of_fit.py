@@ -95,6 +95,15 @@ def test_what_several_files_lack_is_what_any_of_them_does() -> None:
     assert Lack.of_any([]) == Lack()
 
 
+def test_coloured_noise_is_that_of_the_readings_at_rest() -> None:
+    """Noise that is correlated after the onset alone is no noise, and where little is independent nothing is known."""
+    drive = DRIVES["staircase"]
+    assert sum(found(drive, noise(k, 0.7)).coloured for k in range(40)) >= 38
+    after = [np.where(T < 0, noise(k), noise(k, 0.9)) for k in range(40)]
+    assert sum(found(drive, values).coloured for values in after) <= 2  # 15 readings at rest do not tell more
+    assert not any(found(drive, noise(k, 0.98)).coloured for k in range(40))
+
+
 def test_some_readings_of_a_long_record_are_tested(monkeypatch: pytest.MonkeyPatch) -> None:
     drive = DRIVES["staircase"]
     monkeypatch.setattr(module, "_MOST_READINGS", 300)
