@@ -64,7 +64,7 @@ def fit_best(
         contest.enter(model)
     linear = [m for m in contest.fits if electrical_model(m).linear]
     ions = contest.best(linear) if linear else first
-    bases = [ions] if ions == first or contest.far_from(first, ions) else [ions, first]
+    bases = [ions] if ions == first or not contest.worth_a_law(first, ions) else [ions, first]
     for base in bases:
         contest.enter_nonlinear(base)
     contest.enter_richer(others)
@@ -145,9 +145,11 @@ class _Contest:
         if failed and best is not None and not best.only_noise and best.lack is not None and best.lack.law:
             self.enter_nonlinear(linear)
 
-    def far_from(self, model: str, other: str) -> bool:
-        """Return True if a model leaves so much more than another that no law makes up for it."""
-        return model in self.fits and self.fits[model].misfit > _FAR * self.fits[other].misfit
+    def worth_a_law(self, model: str, other: str) -> bool:
+        """Return False if another model leaves only noise, or so much less that no law makes up for it."""
+        if self.fits[other].only_noise:
+            return False
+        return model not in self.fits or self.fits[model].misfit <= _FAR * self.fits[other].misfit
 
     def _following(self, model: str) -> float:
         """Return the rms of residuals that follow the drive, relative to the size; all of correlated ones."""
