@@ -160,7 +160,7 @@ CORNERS = ([0.0, 8, 20, 26, 45, 52, 70, 78, 96, 110, 120], [0.0, 2.5, -1.0, 3.0,
     ],
 )
 def test_a_law_and_relaxations_are_found_in_noise(model: str, drive: Any) -> None:
-    """Values of the model that was taken were up to 40 standard errors off."""
+    """Values of the simpler model that was taken were many standard errors off."""
     found = identified(every_model.strip_of(model), drive, noise=1e-2)
     assert found.success
     assert found.model == model
