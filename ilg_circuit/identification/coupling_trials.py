@@ -31,6 +31,7 @@ _MOST = 2000
 _STARTS = 3
 #: Ends of a descent: relative change of the sum of squares, and evaluations, of which a flat valley needs many.
 _TOLERANCE, _EVALUATIONS = 1e-7, 400
+#: Step of a logarithm or logit for derivatives by differences.
 _STEP = 1e-5
 #: Ratio of two time constants below which two relaxations are one.
 _DISTINCT = 1.5

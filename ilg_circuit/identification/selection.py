@@ -132,10 +132,12 @@ class _Contest:
             costly = not all(a.contested for a in found.kind.additions)
             if best.only_noise or not self._following(law) > (_LARGE if costly else _FOLLOWING):
                 return
+            if not (found.lack and found.lack.relaxations):
+                continue
             for ions in linear[:1] if costly or k else linear:
                 model = "+".join((ions, *(a.name for a in found.kind.additions)))
                 more = len(electrical_model(ions).parameters) > len(electrical_model(found.kind.plain).parameters)
-                if found.lack and found.lack.relaxations and more and model in model_names() and model not in self.fits:
+                if more and model in model_names() and model not in self.fits:
                     self.enter(model)
 
     def enter_beside(self, linear: str) -> None:

@@ -25,6 +25,8 @@ from ..errors import InputError
 THERMAL = 1.380649e-23 * 298.15 / 1.602176634e-19
 #: So many times its constant a saturating charge is still told apart from its limit.
 _TOLD = 8.0
+#: Voltage, in units of two double layers' thermal ones, below which a steric charge is linear to the last digit.
+_LINEAR = 1e-100
 #: Largest exponent of a steric law in a netlist, and a small number that keeps 0/0 out of it.
 _MOST, _LITTLE = 600.0, 1e-6
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(100)
@@ -143,7 +145,8 @@ class StericLaw(ChargeLaw):
         with np.errstate(over="ignore"):
             near = np.log1p(2 * nu * np.sinh(np.minimum(size, 1.0)) ** 2)
         far = 2 * size + np.log(nu / 2 * (1 + np.exp(-4 * size)) + (1 - nu) * np.exp(-2 * size))
-        return np.asarray(2 * THERMAL * np.sign(w) * np.sqrt(2 / nu * np.where(size < 1.0, near, far)))
+        charge = 2 * THERMAL * np.sign(w) * np.sqrt(2 / nu * np.where(size < 1.0, near, far))
+        return np.asarray(np.where(size < _LINEAR, voltage, charge))  # whose square is no number
 
     def voltage(self, x: ArrayLike) -> Array:
         half, nu = np.asarray(x, dtype=float) / (4 * THERMAL), self.constant
@@ -154,7 +157,7 @@ class StericLaw(ChargeLaw):
         ratio = np.sqrt(np.expm1(small) / np.where(small > 0, small, 1.0))
         near = np.arcsinh(half * np.where(small < 1e-4, series, ratio))
         # asinh of a large number, by logarithms
-        y = np.log(np.abs(half) + (half == 0)) + 0.5 * (large + np.log1p(-np.exp(-large)) - np.log(large))
+        y = np.log(np.maximum(np.abs(half), _LINEAR)) + 0.5 * (large + np.log1p(-np.exp(-large)) - np.log(large))
         far = np.sign(half) * (y + np.log1p(np.sqrt(1 + np.exp(-2 * y))))
         return np.asarray(4 * THERMAL * np.where(z < 1.0, near, far))
 

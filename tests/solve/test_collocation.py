@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from every_model import port_of, values_of
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ilg_circuit.drive import PiecewiseLinear
@@ -77,13 +77,14 @@ def test_a_strip_at_rest_under_a_voltage_stays_there() -> None:
     assert answers([port], still, T)[0] == pytest.approx(expected, rel=1e-9)
 
 
+@example("packing_fraction", 0.0, [0.0], 0.0, [0.0, 7.4e-185])  # whose square is no number
 @settings(max_examples=25)
 @given(
     law=st.sampled_from(["capacitance_slope", "saturation_voltage", "packing_fraction"]),
     constant=st.floats(0.0, 1.0),
     rates=st.lists(st.floats(-3.0, 2.0), min_size=1, max_size=3),
     electrodes=st.sampled_from([0.0, 0.5, 50.0]),
-    corners=st.lists(st.floats(-5.0, 5.0).map(lambda v: round(v, 6)), min_size=2, max_size=12),
+    corners=st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=12),
 )
 def test_ports_of_all_proportions_are_solved(
     law: str, constant: float, rates: list[float], electrodes: float, corners: list[float]
