@@ -13,7 +13,8 @@ def run() -> None:
     """Run the command line of this process, with one thread of linear algebra unless the surroundings say otherwise.
 
     Matrices here are small: threads wait for each other in loops, which takes several times as long on a busy machine.
-    Objects in cycles are few, and the collector goes over all imported modules: it is called less often.
+    Objects in cycles are few, and the collector goes over all imported modules: it is called less often, and leaves to
+    the system what is there at the end.
     """
     gc.set_threshold(_NEW_OBJECTS, *gc.get_threshold()[1:])
     for library in ("OPENBLAS", "MKL"):  # read when numpy and scipy are imported
@@ -32,6 +33,7 @@ def run() -> None:
         sys.stderr.write("ilg-circuit: interrupted\n")
         sys.exit(130)
     finally:  # nothing is left to interrupt
+        gc.freeze()
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

@@ -24,8 +24,8 @@ from .waves import BLOCK, drive_at, drive_lines, interval_grid, values_at, waves
 
 #: Relative contribution to an output below which a mode is negligible.
 _FELT = 1e-13
-#: The same as `CANCELLING` for derivatives, and the relative change of poles for theirs.
-_SLOPES_CANCELLING, _TURN = 1e4, 1e-5
+#: The same as `CANCELLING` for derivatives.
+_SLOPES_CANCELLING = 1e4
 #: The same for panels, which are good to seven digits.
 _CANCELLING_ON_PANELS = 1e7
 #: Largest number of values of modes that are held at once.
@@ -164,19 +164,18 @@ def modal_slopes(
         np.fill_diagonal(apart, np.inf)
         along = c * (of_b @ left.T) + (of_c @ shapes) * b + ((mixed + mixed.swapaxes(1, 2)) / apart).sum(axis=2)
         amounts = np.concatenate([(c * b)[None], along]) / poles
-        turned = own / poles**2
         total = max(abs(amounts[0].sum()), abs(d))
         size = np.abs(amounts)
-        size[1:] += np.abs(turned)
+        size[1:] += np.abs(own / poles**2)
         tell_apart = (size.sum(axis=1) < _SLOPES_CANCELLING * total).all()
     if not tell_apart:
         return None
     felt = (size > _FELT * total).any(axis=0)
-    poles, amounts, turned = poles[felt], (amounts * poles)[:, felt], (turned * poles)[:, felt] / (2 * _TURN)
+    poles, amounts, own = poles[felt], (amounts * poles)[:, felt], own[:, felt]
     result = np.asarray(np.append(d, of_d)[:, None] * values_at(drive, times))
-    for part, waves in waves_under_lines(np.stack([poles, poles * (1 + _TURN), poles * (1 - _TURN)]), drive, times):
+    for part, waves in waves_under_lines(poles[None], drive, times, slopes=True):
         result[:, part] += np.real(amounts @ waves[:, 0].T)
-        result[1:, part] += np.real(turned @ (waves[:, 1] - waves[:, 2]).T)
+        result[1:, part] += np.real(own @ waves[:, 1].T)
     return result[0], result[1:].T
 
 

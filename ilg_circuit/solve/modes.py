@@ -191,6 +191,20 @@ def phi_pair(z: Numbers) -> tuple[Numbers, Numbers]:
     return first, second
 
 
+def phi_slopes(z: Numbers, first: Numbers, second: Numbers) -> tuple[Numbers, Numbers]:
+    """Return the derivatives by z of ``first`` and ``second`` of `phi_pair`, to eleven digits."""
+    small = np.abs(z) < _SMALL
+    few = bool(small.any())
+    far = np.where(small, 1.0, z) if few else z
+    of_first = (1 + z * first - first) / far
+    of_second = (of_first - second) / far
+    if few:
+        near = z[small]
+        of_first[small] = 1 / 2 + near * (1 / 3 + near * (1 / 8 + near * (1 / 30 + near * (1 / 144 + near / 840))))
+        of_second[small] = 1 / 6 + near * (1 / 12 + near * (1 / 40 + near * (1 / 180 + near / 1008)))
+    return of_first, of_second
+
+
 def fallen(poles: Numbers, times: Array) -> Numbers:
     """Return e^z - 1, z = ``poles`` (n, s) [1/s] times ``times`` (m,) [s], (m, n, s).
 

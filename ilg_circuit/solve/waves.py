@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import Drive
-from .modes import Numbers, fallen, phi_pair, recursion
+from .modes import Numbers, fallen, phi_pair, phi_slopes, recursion
 
 #: Number of intervals, or of samples, whose states are held at once.
 BLOCK = 2000
@@ -55,20 +55,24 @@ def mode_waves(poles: Numbers, drive: Drive, times: Array) -> Numbers:
     return found
 
 
-def waves_under_lines(poles: Numbers, drive: Drive, times: Array) -> Iterator[tuple[slice, Numbers]]:
-    """Return modes W' = pole W + u from rest at parts of ``times`` [s], (times, *poles), one part after the other."""
+def waves_under_lines(
+    poles: Numbers, drive: Drive, times: Array, *, slopes: bool = False
+) -> Iterator[tuple[slice, Numbers]]:
+    """Return modes W' = pole W + u from rest at parts of ``times`` [s], (times, *poles), one part after the other.
+
+    With ``slopes`` single modes (1, s) and their derivatives by their poles, (times, 2, s).
+    """
     course = _kept(drive, times.tobytes()) if len(times) <= _MOST_SAMPLES else _course(drive, times)
+    over, after = (_over_with_slopes, _after_with_slopes) if slopes else (_over, _after)
     few = course.since is not None
-    state = np.zeros_like(poles)
+    state = np.zeros((1 + slopes, *poles.shape[1:]) if slopes else poles.shape, dtype=poles.dtype)
     for first in range(0, len(course.widths), BLOCK):
         part = slice(first, first + BLOCK)
-        width = course.widths[part, None, None]
+        width = course.widths[part]
         states = state[None]
         if not few or len(course.widths) > 1:  # else samples follow the state that the only interval begins with
-            z = poles * width
-            once, twice = phi_pair(z)
-            gained = width * (course.start[part, None, None] * once + course.slopes[part, None, None] * width * twice)
-            states = np.concatenate([states, recursion(np.exp(z), gained, state)])
+            ends = over(poles, state, course.start[part, None, None], course.slopes[part, None, None], width)
+            states = np.concatenate([states, ends])
             state = states[-1]
         # the last state of a block is the first of the next one, to which only what follows an edge belongs
         last = first + len(width)
@@ -80,7 +84,7 @@ def waves_under_lines(poles: Numbers, drive: Drive, times: Array) -> Iterator[tu
         for at in range(begin, end, BLOCK):
             some = slice(at, min(at + BLOCK, end))
             k = course.places[some]
-            yield some, _after(poles, states[k - first], course.start[k], course.slopes[k], course.since[some])
+            yield some, after(poles, states[k - first], course.start[k], course.slopes[k], course.since[some])
 
 
 def waves_under_sine(poles: Numbers, drive: Drive, times: Array) -> Iterator[tuple[slice, Numbers]]:
@@ -123,6 +127,30 @@ def _course(drive: Drive, times: Array) -> _Course:
     return _Course(widths, start, slopes, places, times - grid[places] if few else None)
 
 
+def _over(poles: Numbers, state: Numbers, starts: Array, slopes: Array, widths: Array) -> Numbers:
+    """Return modes x' = pole x + u (m, *poles) at the ends of intervals of ``widths`` [s] (m,), from ``state``.
+
+    u begins at ``starts`` (m, 1, 1) and rises by ``slopes`` (m, 1, 1).
+    """
+    width = widths[:, None, None]
+    z = poles * width
+    once, twice = phi_pair(z)
+    return recursion(np.exp(z), width * (starts * once + slopes * width * twice), state)
+
+
+def _over_with_slopes(poles: Numbers, state: Numbers, starts: Array, slopes: Array, widths: Array) -> Numbers:
+    """Return modes as `_over` and their derivatives by their poles (m, 2, s), from a ``state`` (2, s) of both."""
+    width = widths[:, None, None]
+    z = poles * width
+    once, twice = phi_pair(z)
+    steeper = phi_slopes(z, once, twice)
+    kept = np.exp(z)
+    x = recursion(kept, width * (starts * once + slopes * width * twice), state[:1])
+    before = np.concatenate([state[None, :1], x[:-1]])
+    gained = width * kept * before + width**2 * (starts * steeper[0] + slopes * width * steeper[1])
+    return np.concatenate([x, recursion(kept, gained, state[1:])], axis=1)
+
+
 def _after(poles: Numbers, states: Numbers, starts: Array, slopes: Array, times: Array) -> Numbers:
     """Return modes x' = pole x + u (m, *poles) at ``times`` (m,) after their ``states`` (m, *poles).
 
@@ -137,6 +165,32 @@ def _after(poles: Numbers, states: Numbers, starts: Array, slopes: Array, times:
     if rising.any():
         after = after[rising]
         found[rising] += slopes[rising] * after**2 * phi_pair(poles * after)[1]
+    return found
+
+
+def _after_with_slopes(poles: Numbers, states: Numbers, starts: Array, slopes: Array, times: Array) -> Numbers:
+    """Return modes as `_after` and their derivatives by their poles (m, 2, s), after ``states`` (m, 2, s) of both."""
+    rising = slopes != 0
+    starts, slopes, after = (part[:, None, None] for part in (starts, slopes, times))
+    x, turned = states[:, :1], states[:, 1:]
+    if rising.all() or not poles.all():
+        z = poles * after
+        once, twice = phi_pair(z)
+        steeper = phi_slopes(z, once, twice)
+        push = poles * x + starts
+        found = x + after * (once * push + slopes * after * twice)
+        turned = turned + after * (once * (poles * turned + x) + after * (steeper[0] * push + slopes * after * steeper[1]))
+        return np.concatenate([found, turned], axis=1)
+    steady, fell = starts / poles, fallen(poles, times)
+    found = np.concatenate(
+        [x + fell * (x + steady), turned + fell * (turned - steady / poles) + after * (1 + fell) * (x + steady)], axis=1
+    )
+    if rising.any():
+        after, slopes = after[rising], slopes[rising]
+        z = poles * after
+        once, twice = phi_pair(z)
+        found[rising, :1] += slopes * after**2 * twice
+        found[rising, 1:] += slopes * after**3 * phi_slopes(z, once, twice)[1]
     return found
 
 
