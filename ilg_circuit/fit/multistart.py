@@ -65,12 +65,13 @@ def search(
     most: int = 2000,
     polishes: int = 60,
     enough: int = 0,
+    alike: float = SAME,
     rough: float = 0.0,
 ) -> Search:
     """Return the descents from all ``starts``, or until ``enough`` of them reach the same least sum of squares.
 
-    With a tolerance ``rough`` all starts descend to that first, and only from there to ``tolerance``, if they are among
-    the best. For the other arguments see `minimise.descend`.
+    That is the same if it differs by a share of ``alike``. With a tolerance ``rough`` all starts descend to that first,
+    and only from there to ``tolerance``, if they are among the best. For the other arguments see `minimise.descend`.
     """
     runs: list[Run] = []
     if rough:
@@ -85,7 +86,7 @@ def search(
         how = {"rounding": rounding, "tolerance": tolerance}
         runs.append(descend(residuals, jacobian, start, most=most, polishes=polishes, **how))
         sound = [run for run in runs if np.isfinite(run.sum_of_squares) and not run.degenerate]
-        if enough and len(sound) >= enough and gather(sound, rounding).near(SAME) >= enough:
+        if enough and len(sound) >= enough and gather(sound, rounding).near(alike) >= enough:
             break
     return gather(runs, rounding)
 

@@ -301,11 +301,11 @@ class CurrentData:
         return IndividualFit(moved, found.model, with_starts(again, found.fit.starts))
 
     def _begun(self, kind: ElectricalModel, held: float, progress: Progress) -> tuple[CurrentData, IndividualFit]:
-        """Return the data with the drive's jumps roughly in their places, and the first fit.
+        """Return the data with the drive's jumps in places, rough ones if they have none, and the first fit.
 
         One relaxation may misplace them so far that a model has no minimum; a simpler model's fit places them better.
         """
-        begun = self._roughly_placed() if unknown(self) else self
+        begun = self if self.places else self.roughly_placed()
         try:
             return begun, begun._individual(kind, held, progress)
         except SolveError:
@@ -320,16 +320,16 @@ class CurrentData:
         """Return the fit with the drive's later jumps where the current places them."""
         if not unknown(self):
             return found
-        refit = partial(fit_near, progress=progress)
-        files = [((self,), (0,))]
+        refit, files = partial(fit_near, progress=progress), [((self,), (0,))]
         placing, ((moved, _),), _ = placed(found.fit, files, lambda _, d: d.observation(found.model), refit)
         return IndividualFit(moved[0], found.model, placing)
 
-    def _roughly_placed(self) -> Self:
+    def roughly_placed(self) -> Self:
         """Return the data with the drive's jumps where the current places them if one relaxation is taken for it."""
+        if not unknown(self):
+            return self
         after = self.since >= 0
-        t, i = self.since[after], self.data[after] - self._rest_current
-        keep = thinned(t)
+        t, i, keep = self.since[after], self.data[after] - self._rest_current, thinned(self.since[after])
         widths = np.append(self.onset_width, self.measured.widths[1:])
         stored = self.nuisance[after, int(self.has_offset) :]
         places = places_by_relaxation(t[keep], i[keep], self.drive.from_rest(), widths, stored[keep])

@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import IlgError, InputError, SolveError
 from ..fit.fitting import fit, require_near, with_starts
-from ..fit.multistart import SAME, Search, StartSummary, gather, search
+from ..fit.multistart import Search, StartSummary, gather, search
 from ..fit.observation import Predict
 from ..fit.problem import Evaluation, Problem, Progress
 from ..fit.result import FitResult
@@ -26,8 +26,9 @@ _SETS = 64
 _DECADES = (0.3, 1.0, 2.0)
 _FITS, _MORE_FITS = 5, 8
 _EVALUATIONS = 60
-#: Number of descents to the same least sum of squares, converged or not, at which the search stops.
-_AGREEING = 3
+#: Number of descents to the same least sum of squares, converged or not, at which the search stops; relative difference
+#: up to which it is the same: in a flat valley each descent ends elsewhere.
+_AGREEING, _ALIKE = 3, 1e-4
 _SAMPLES = 300
 #: Relative residuals below this value are rounding errors of the closed form.
 _ROUNDING = 1e-11
@@ -53,7 +54,7 @@ def search_starts(
     random = np.random.default_rng(seed)
     origin = cheap.scales.coordinates(start)
     found = _descents(cheap, chain([origin], _scattered(cheap, origin, random, _FITS)), rounding)
-    if found.near(1e2 * SAME) < 2:
+    if found.near(_ALIKE) < 2:
         around = chain([origin], _scattered(cheap, found.best.parameters, random, _MORE_FITS))
         found = gather([*found.runs, *_descents(cheap, around, rounding).runs], rounding)
     best = found.best.sum_of_squares
@@ -69,7 +70,7 @@ def search_starts(
                 "this model"
             )
 
-    summary = StartSummary(len(found.runs), found.near(1e2 * SAME))
+    summary = StartSummary(len(found.runs), found.near(_ALIKE))
     return cheap.scales.values(found.best.parameters), summary, check
 
 
@@ -129,7 +130,7 @@ def _descents(problem: Problem, starts: Iterable[Array], rounding: float) -> Sea
 
     return search(
         residuals, jacobian, starts,
-        tolerance=1e-9, rounding=rounding, most=_EVALUATIONS, polishes=1, enough=_AGREEING,
+        tolerance=1e-9, rounding=rounding, most=_EVALUATIONS, polishes=1, enough=_AGREEING, alike=_ALIKE,
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from ..fit.problem import Progress
 from ..fit.reported import correlated
 from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independent, clearly_better, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names
+from .current import CurrentData
 from .impedance import ImpedanceData
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import BY_TIME, PortData
@@ -100,7 +101,7 @@ class _Contest:
                 self._skip(model, "candidate-not-tried-relaxations", other=other)
                 return
         try:
-            self.fits[model] = fit_port(self._data, model, self._held, self._per_record, self._progress)
+            self.fits[model] = fit_port(self._begun, model, self._held, self._per_record, self._progress)
         except IlgError as error:
             self._errors.append(error)
             self.failures[model] = ("failed", Finding("candidate-failed", values={"error": str(error)}))
@@ -162,6 +163,16 @@ class _Contest:
     def _worse_together(self, model: str) -> bool:
         """Return whether the files leave more residuals together than each by itself."""
         return self.fits[model].beyond_individual(self.samples) >= EVIDENCE
+
+    @property
+    def _begun(self) -> list[PortData]:
+        """The data with their drives' jumps where the closest model so far places them, roughly if all have failed."""
+        if not self.fits:
+            failed = bool(self.failures)
+            return [d.roughly_placed() if failed and isinstance(d, CurrentData) else d for d in self._data]
+        places = [p.places if isinstance(p, CurrentData) else () for p in self.fits[self.richest].data]
+        begun = zip(self._data, places, strict=True)
+        return [d.at_places(np.array(p)) if isinstance(d, CurrentData) else d for d, p in begun]
 
     def _skip(self, model: str, code: str, **values: str) -> None:
         self.failures[model] = ("not tried", Finding(code, values=values))

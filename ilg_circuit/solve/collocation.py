@@ -10,10 +10,11 @@ as it does: an engine judges what a fit makes of it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from ..drive import PiecewiseLinear
 from ..errors import SolveError
 from ..strip.port import Port
 from .modes import recursion
+from .port_equations import PortEquations
 
 #: What a cubic may miss over a step, relative to the largest state.
 _ACCURACY = 2e-6
@@ -48,108 +50,27 @@ _WEIGHTS = np.array(
 )
 #: Weights of a step's points for the slope of the cubic through them at its beginning, in steps.
 _SLOPES = np.linalg.inv(_POINTS[:, None] ** np.arange(1, 4))[0]
-#: Iterations of Newton's method for the voltage across a sinh path, which converges from one side.
-_MOST_INNER = 60
 
 
-@dataclass(frozen=True)
-class _Equations:
-    """The equations of a port: states x (points, m) are its charges over their capacitances [V].
+def _cofactors() -> Array:
+    """Return the coefficients (10, 8) of the cofactors and of the determinant of 1 - weights diag(a), see `_products`.
 
-    With w the voltages of the charges and v the voltage across the ion path, x' = (v - w)/(R C), and the ions' current
-    is the sum of (v - w)/R. By ``by_current`` the source is a current and the answer a voltage.
+    They are linear in each of the three a, so that their values where these are 0 or 1 determine them.
     """
+    corners = np.array(list(product((0.0, 1.0), repeat=3)))
+    matrices = np.eye(3) - _WEIGHTS * corners[:, None]
+    sizes = np.linalg.det(matrices)
+    values = np.column_stack([(sizes[:, None, None] * np.linalg.inv(matrices)).reshape(8, 9), sizes])
+    return np.linalg.solve(_products(corners.T).T, values).T
 
-    port: Port
-    by_current: bool = False
 
-    @cached_property
-    def own(self) -> Array:
-        """The rates 1/(R C) (m,) [1/s] of the branches near 0 V, behind no other resistance."""
-        r, c = np.array(self.port.branches).T
-        return np.asarray(1 / (r * c))
+def _products(a: Array) -> Array:
+    """Return the products (8, ...) of all subsets of three factors ``a`` (3, ...)."""
+    one, two, three = a
+    return np.stack([np.ones_like(one), one, two, three, two * three, one * three, one * two, one * two * three])
 
-    @cached_property
-    def conductances(self) -> Array:
-        """The conductances 1/R (m,) [S] of the branches."""
-        return np.array([1 / r for r, _ in self.port.branches])
 
-    @cached_property
-    def leads(self) -> float:
-        """Conductance [S] between the source and the ion path; infinite where the source lies across it."""
-        if self.by_current:
-            return 0.0
-        return 1 / self.port.electrode_resistance if self.port.electrode_resistance else np.inf
-
-    def rest(self, level: float) -> Array:
-        """Return the states (m,) at rest under a ``level`` of the voltage, or without charge."""
-        law, inner = self.port.charge_law, 0.0 if self.by_current else self.port.inner_voltage(level)
-        return np.full(len(self.port.branches), inner if law is None else float(law.charge(inner)))
-
-    def bound(self, most: float) -> float:
-        """Return the largest size of a state [V] under voltages up to ``most`` [V]; by current there is none."""
-        law = self.port.charge_law
-        if law is None or self.by_current:
-            return np.inf
-        return float(law.charge(most)) * (1 + 1e-12)
-
-    def voltages(self, x: Array) -> tuple[Array, Array]:
-        """Return the voltages w [V] of states and their derivatives, of any shape."""
-        law = self.port.charge_law
-        if law is None:
-            return x, np.ones_like(x)
-        w = law.voltage(x)
-        return w, 1 / np.maximum(law.slope(w), 1e-12)
-
-    def _across(self, driven: Array, conductance: float) -> tuple[Array, Array]:
-        """Return v [V] with i(v) + (conductance + leads) v = ``driven`` [A], i the electrons', and that slope [S]."""
-        total, port = conductance + self.leads, self.port
-        if port.emission_voltage is None:
-            slope = total + 1 / port.dc_resistance
-            return driven / slope, np.full(len(driven), slope)
-        small, scale = port.saturation_current, port.emission_voltage
-        size = np.abs(driven)
-        v = scale * np.arcsinh(size / small)
-        if total:
-            v = np.minimum(v, size / total)
-        for _ in range(_MOST_INNER):
-            # convex, and from above: it falls to the root
-            step = (small * np.sinh(v / scale) + total * v - size) / (small / scale * np.cosh(v / scale) + total)
-            v = v - step
-            if (np.abs(step) <= 1e-14 * v).all():
-                break
-        return np.copysign(v, driven), small / scale * np.cosh(v / scale) + total
-
-    def inner(self, source: Array, w: Array) -> tuple[Array, Array]:
-        """Return the voltage v (points,) across the ion path, and its derivatives (points, m) by w."""
-        if np.isinf(self.leads):
-            return source, np.zeros_like(w)
-        g = self.conductances
-        v, slope = self._across(source * (self.leads or 1.0) + w @ g, float(g.sum()))
-        return v, g / slope[:, None]
-
-    def rates(self, source: Array, x: Array) -> tuple[Array, Array]:
-        """Return x' (points, m) [V/s] and its derivatives (points, m, m) [1/s] by x.
-
-        Of branches straight across the source each state's derivative by itself alone (points, m).
-        """
-        w, bent = self.voltages(x)
-        v, moved = self.inner(source, w)
-        rates = (v[:, None] - w) * self.own
-        if np.isinf(self.leads):
-            return rates, -self.own * bent
-        slopes = self.own[:, None] * (moved[:, None, :] - np.eye(len(self.own))) * bent[:, None, :]
-        return rates, slopes
-
-    def answer(self, source: Array, x: Array) -> tuple[Array, Array]:
-        """Return the current [A] (points,), or by current the voltage [V], and its derivatives (points, m) by x."""
-        w, bent = self.voltages(x)
-        v, moved = self.inner(source, w)
-        if self.by_current:
-            return v + self.port.electrode_resistance * source, moved * bent
-        found = self.port.electron_current(v) + (v[:, None] - w) @ self.conductances
-        # behind leads the current is (source - v) leads
-        return found, (-self.conductances if np.isinf(self.leads) else -self.leads * moved) * bent
+_COFACTORS = _cofactors()
 
 
 @dataclass(frozen=True)
@@ -172,14 +93,14 @@ class _Mesh:
 
     @cached_property
     def source(self) -> Array:
-        """The source at the points of the steps (n, 3)."""
-        return self.left[:, None] + _POINTS * (self.right - self.left)[:, None]
+        """The source at the points of the steps (3, n)."""
+        return self.left + _POINTS[:, None] * (self.right - self.left)
 
     @cached_property
     def points(self) -> Array:
-        """The times [s] of the points of the steps (n, 3)."""
-        times = self.nodes[:-1, None] + _POINTS * self.steps[:, None]
-        times[:, -1] = self.nodes[1:]
+        """The times [s] of the points of the steps (3, n)."""
+        times = self.nodes[:-1] + _POINTS[:, None] * self.steps
+        times[-1] = self.nodes[1:]
         return times
 
     def split(self, drive: PiecewiseLinear, parts: NDArray[np.intp]) -> _Mesh:
@@ -193,34 +114,35 @@ class _Mesh:
 
 @dataclass(frozen=True)
 class _Solution:
-    """The states of ``equations`` on a ``mesh``: the ``start`` (m,), and ``states`` (n, 3, m) at its steps' points."""
+    """The states of ``equations`` on a ``mesh``: the ``start`` (m,), and ``states`` (3, m, n) at its steps' points.
 
-    equations: _Equations
+    The start of derivatives by p parameters is (p, m), their states are (3, p, m, n).
+    """
+
+    equations: PortEquations
     mesh: _Mesh
     start: Array
     states: Array
 
     @property
     def before(self) -> Array:
-        """The states (n, m) where the steps begin."""
-        return np.concatenate([self.start[None], self.states[:-1, -1]])
+        """The states (m, n) where the steps begin."""
+        return np.concatenate([self.start[..., None], self.states[-1, ..., :-1]], axis=-1)
 
     def at(self, t: Array) -> Array:
-        """Return the states (samples, m) at nodes ``t`` [s]."""
-        return np.concatenate([self.start[None], self.states[:, -1]])[np.searchsorted(self.mesh.nodes, t)]
+        """Return the states (m, samples) at nodes ``t`` [s]."""
+        ends = np.concatenate([self.start[..., None], self.states[-1]], axis=-1)
+        return np.asarray(ends[..., np.searchsorted(self.mesh.nodes, t)])
 
-    def missed(self, equations: _Equations) -> tuple[Array, Array]:
-        """Return what ``equations`` miss at the points (n, 3, m), and the derivatives of the rates, see `rates`."""
-        count, _, m = self.states.shape
-        rates, slopes = equations.rates(self.mesh.source.ravel(), self.states.reshape(3 * count, m))
-        made = np.einsum("ij,njm->nim", _WEIGHTS, rates.reshape(count, 3, m))
-        missed = self.states - self.before[:, None] - self.mesh.steps[:, None, None] * made
-        return missed, slopes.reshape(count, 3, *slopes.shape[1:])
+    def missed(self) -> tuple[Array, Array]:
+        """Return what the equations miss at the points (3, m, n), and the derivatives of the rates, see `rates`."""
+        rates, slopes = self.equations.rates(self.mesh.source, self.states)
+        return self.states - self.before - self.mesh.steps * _weighted(rates), slopes
 
     def changed(self, slopes: Array, right: Array) -> Array:
-        """Return the changes (n, 3, m, p) of the states that make up for ``right`` (n, 3, m, p).
+        """Return the changes (3, p, m, n) of the states that make up for ``right`` (3, p, m, n).
 
-        ``slopes`` (n, 3, m, m) are those of the rates, (n, 3, m) where each depends on its own state alone.
+        ``slopes`` (3, m, m, n) are those of the rates, (3, m, n) where each depends on its own state alone.
         """
         return self._each(slopes, right) if slopes.ndim == 3 else self._banded(slopes, right)
 
@@ -229,29 +151,23 @@ class _Solution:
 
         The three equations of a step are solved by their cofactors, and its end follows from its begin.
         """
-        along = np.ascontiguousarray(self.mesh.steps * slopes.transpose(1, 2, 0))  # times last: products run along them
-        within = np.eye(3)[:, :, None, None] - _WEIGHTS[:, :, None, None] * along
-        down, twice = within[[1, 2, 0]], within[[2, 0, 1]]
-        cofactors = down[:, [1, 2, 0]] * twice[:, [2, 0, 1]] - down[:, [2, 0, 1]] * twice[:, [1, 2, 0]]
-        cofactors /= (within[0] * cofactors[0]).sum(axis=0)
-        given = np.ascontiguousarray(right.transpose(1, 3, 2, 0))
-        found = cofactors[0, :, None] * given[0]
-        for k in (1, 2):
-            found += cofactors[k, :, None] * given[k]
-        kept = cofactors.sum(axis=0)[:, None]  # of a change of the state where the step begins
-        forth, gained = (np.ascontiguousarray(np.moveaxis(x, -1, 0)) for x in np.broadcast_arrays(kept[2], found[2]))
-        ends = recursion(forth, gained, np.zeros(found.shape[1:3]))
+        *cofactors, size = np.tensordot(_COFACTORS, _products(self.mesh.steps * slopes), 1)
+        inverse = np.reshape(cofactors, (3, 3, *size.shape)) / size
+        found = np.stack([(row[:, None] * right).sum(axis=0) for row in inverse])
+        kept = inverse.sum(axis=1)[:, None]  # of a change of the state where the step begins
+        forth, gained = (np.ascontiguousarray(np.moveaxis(x[2], -1, 0)) for x in (kept, found))
+        ends = recursion(forth, gained, np.zeros(1))
         found[..., 1:] += kept[..., 1:] * np.moveaxis(ends, 0, -1)[..., :-1]
-        return found.transpose(3, 0, 2, 1)
+        return found
 
     def _banded(self, slopes: Array, right: Array) -> Array:
         """Return what `changed` does of states that depend on each other."""
         from scipy.linalg import solve_banded
 
-        count, _, m, columns = right.shape
+        _, columns, m, count = right.shape
         size = 3 * m
         # within a step (3, m) by (3, m)
-        blocks = -self.mesh.steps[:, None, None, None, None] * np.einsum("ij,njab->niajb", _WEIGHTS, slopes)
+        blocks = -np.einsum("n,ij,jabn->niajb", self.mesh.steps, _WEIGHTS, slopes)
         blocks = blocks.reshape(count, size, size) + np.eye(size)
         lower, upper = size + m - 1, size - 1
         bands = np.zeros((lower + upper + 1, count, size))
@@ -261,18 +177,21 @@ class _Solution:
             # and of the state before it
             earlier = size - m + i % m
             bands[upper + size + i - earlier, :, earlier] = -1.0
-        found = solve_banded(
-            (lower, upper), bands.reshape(-1, count * size), right.reshape(count * size, columns), check_finite=False
-        )
-        return np.asarray(found.reshape(right.shape))
+        given = right.transpose(3, 0, 2, 1).reshape(count * size, columns)
+        found = solve_banded((lower, upper), bands.reshape(-1, count * size), given, check_finite=False)
+        return np.asarray(found.reshape(count, 3, m, columns).transpose(1, 3, 2, 0))
 
     def parts(self) -> NDArray[np.intp]:
         """Return the number of parts (n,) into which each step is to be split."""
-        steps = self.mesh.steps[:, None]
-        rise = np.einsum("j,njm->nm", _SLOPES, self.states - self.before[:, None])
-        off = np.abs(rise - steps * self.equations.rates(self.mesh.left, self.before)[0]).max(axis=1)
+        rise = np.tensordot(_SLOPES, self.states - self.before, 1)
+        off = np.abs(rise - self.mesh.steps * self.equations.rates(self.mesh.left, self.before)[0]).max(axis=0)
         size = np.abs(self.states).max(initial=1e-300)
         return np.clip(np.ceil((off / (_ACCURACY * size)) ** 0.25), 1, _MOST_PARTS).astype(np.intp)
+
+
+def _weighted(rates: Array) -> Array:
+    """Return the sums over the points of a step (3, ...) that move a state to each of them."""
+    return np.tensordot(_WEIGHTS, rates, 1)
 
 
 def answers(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, *, by_current: bool = False) -> Array:
@@ -283,7 +202,7 @@ def answers(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, *, by_curre
     """
     found = np.full((len(ports), len(t)), np.nan)
     for row, port in zip(found, ports, strict=True):
-        equations = _Equations(port, by_current)
+        equations = PortEquations(port, by_current)
         with suppress(SolveError):
             row[:] = equations.answer(drive.value(t), _solved(equations, drive, t).at(t))[0]
     return found
@@ -297,27 +216,33 @@ def answer_slopes(
     ``ports`` (2 p + 1) are it, those with one parameter larger by a ``step`` of its logarithm, those with one smaller.
     Raises SolveError where the equations cannot be solved.
     """
-    base, *others = (_Equations(port, by_current) for port in ports)
-
-    def differences(found: list[Array]) -> Array:
-        larger, smaller = np.split(np.array(found), 2)
-        return np.moveaxis((larger - smaller) / (2 * step), 0, -1)
-
+    base, *others = (PortEquations(port, by_current) for port in ports)
     solution = _solved(base, drive, t)
-    right = -differences([solution.missed(other)[0] for other in others])
-    first = differences([other.rest(drive.rest) for other in others])
-    right[0] += first
-    moved = replace(solution, start=first, states=solution.changed(solution.missed(base)[1], right)).at(t)
+
+    def differences(of: Callable[[PortEquations, Array, Array], Array], source: Array, x: Array) -> Array:
+        w = base.voltages(x)[0]  # most parameters leave the law as it is
+        return _by_step([of(e, source, w if e.law == base.law else e.voltages(x)[0]) for e in others], step)
+
+    rates = differences(PortEquations.moving, solution.mesh.source, solution.states)
+    right = solution.mesh.steps * _weighted(rates.swapaxes(0, 1))
+    first = _by_step([e.rest(drive.rest) for e in others], step)
+    right[..., 0] += first
+    moved = replace(solution, start=first, states=solution.changed(solution.missed()[1], right)).at(t)
     source, x = drive.value(t), solution.at(t)
     found, by_state = base.answer(source, x)
-    direct = differences([other.answer(source, x)[0] for other in others])
-    return found, direct + np.einsum("nm,nmp->np", by_state, moved)
+    return found, (differences(PortEquations.read, source, x) + (by_state * moved).sum(axis=1)).T
 
 
-def _solved(equations: _Equations, drive: PiecewiseLinear, t: Array) -> _Solution:
+def _by_step(found: list[Array], step: float) -> Array:
+    """Return derivatives (p, ...) of what was ``found`` (2 p,) with one parameter larger, or smaller, by a ``step``."""
+    larger, smaller = np.split(np.array(found), 2)
+    return np.asarray((larger - smaller) / (2 * step))
+
+
+def _solved(equations: PortEquations, drive: PiecewiseLinear, t: Array) -> _Solution:
     """Return the solution on a mesh whose nodes hold ``t`` (samples,)."""
     end, most = float(t[-1]), max(drive.largest(), abs(drive.rest))
-    law = equations.port.charge_law
+    law = equations.law
     if law is not None and not equations.by_current and most >= law.largest:
         raise SolveError(f"{most:.4g} V are reached, and the charge rises only up to {law.largest:.4g} V")
     jumps = np.append(0.0, drive.jumps(end))
@@ -326,7 +251,7 @@ def _solved(equations: _Equations, drive: PiecewiseLinear, t: Array) -> _Solutio
     bound = equations.bound(most)
     start = equations.rest(drive.rest)
     mesh = _Mesh.of(drive, nodes)
-    guess, converged = np.tile(start, (len(mesh.steps), 3, 1)), _ROUGHLY
+    guess, converged = _standing(start, mesh), _ROUGHLY
     for _ in range(_ROUNDS):
         found = _newton(_Solution(equations, mesh, start, guess), bound, converged)
         solution = _in_windows(equations, drive, mesh, start, bound) if found is None else found
@@ -337,18 +262,23 @@ def _solved(equations: _Equations, drive: PiecewiseLinear, t: Array) -> _Solutio
             mesh, guess, converged = solution.mesh, solution.states, _CONVERGED
             continue
         mesh = solution.mesh.split(drive, parts)
-        known = np.append(0.0, solution.mesh.points.ravel())
-        states = np.concatenate([start[None], solution.states.reshape(-1, len(start))])
-        guess = np.stack([np.interp(mesh.points, known, column) for column in states.T], axis=-1)
+        known = np.append(0.0, solution.mesh.points.T.ravel())
+        states = np.column_stack([start, solution.states.transpose(1, 2, 0).reshape(len(start), -1)])
+        guess = np.stack([np.interp(mesh.points, known, row) for row in states], axis=1)
     raise SolveError(_UNSOLVED)
+
+
+def _standing(state: Array, mesh: _Mesh) -> Array:
+    """Return a guess (3, m, n) of states that stay what they are (m,)."""
+    return np.tile(state[:, None], (3, 1, len(mesh.steps)))
 
 
 def _newton(guess: _Solution, bound: float, converged: float = _CONVERGED) -> _Solution | None:
     """Return the solution from a guess, None where Newton's method does not converge."""
     for _ in range(_MOST_STEPS):
         with np.errstate(all="ignore"):
-            missed, slopes = guess.missed(guess.equations)
-            change = guess.changed(slopes, -missed[..., None])[..., 0]
+            missed, slopes = guess.missed()
+            change = guess.changed(slopes, -missed[:, None])[:, 0]
         if not np.isfinite(change).all():
             return None
         states = np.clip(guess.states + change, -bound, bound)
@@ -359,7 +289,7 @@ def _newton(guess: _Solution, bound: float, converged: float = _CONVERGED) -> _S
     return None
 
 
-def _in_windows(equations: _Equations, drive: PiecewiseLinear, mesh: _Mesh, start: Array, bound: float) -> _Solution:
+def _in_windows(equations: PortEquations, drive: PiecewiseLinear, mesh: _Mesh, start: Array, bound: float) -> _Solution:
     """Return the solution by one window of time after the other, as long as Newton's method converges in each.
 
     A single step where it does not is split. Raises SolveError for too many windows.
@@ -367,13 +297,13 @@ def _in_windows(equations: _Equations, drive: PiecewiseLinear, mesh: _Mesh, star
     states, first, width, before = [], 0, _WINDOW, start
     for _ in range(_MOST_WINDOWS):
         window = _Mesh.of(drive, mesh.nodes[first : first + width + 1])
-        guess = np.tile(before, (len(window.steps), 3, 1))
+        guess = _standing(before, window)
         found = _newton(_Solution(equations, window, before, guess), bound)
         if found is not None:
             states.append(found.states)
-            before, first, width = found.states[-1, -1], first + len(window.steps), 2 * width
+            before, first, width = found.states[-1, :, -1], first + len(window.steps), 2 * width
             if first == len(mesh.steps):
-                return _Solution(equations, mesh, start, np.concatenate(states))
+                return _Solution(equations, mesh, start, np.concatenate(states, axis=-1))
         elif width > 1:
             width = max(width // 4, 1)
         else:

@@ -231,14 +231,18 @@ def fallen(poles: Numbers, times: Array) -> Numbers:
 def recursion(kept: Numbers, gained: Numbers, before: Numbers) -> Numbers:
     """Return x_k = kept_k x_(k-1) + gained_k (k, ...), x_(-1) = ``before``: inside chunks all at once, then along them.
 
-    Within a chunk, sums of 2, 4, 8, ... terms are computed from sums of half the length.
+    ``kept`` broadcasts to ``gained``. Within a chunk, sums of 2, 4, 8, ... terms are computed from sums of half the
+    length.
     """
-    length = len(kept)
+    length = len(gained)
     chunks = -(-length // _CHUNK)
-    shape = (chunks, _CHUNK, *kept.shape[1:])
-    factor, x = np.zeros((2, chunks * _CHUNK, *kept.shape[1:]), dtype=np.result_type(kept, gained))
-    factor[:length], x[:length] = kept, gained
-    factor, x = factor.reshape(shape), x.reshape(shape)
+
+    def chunked(values: Numbers) -> Numbers:
+        padded = np.zeros((chunks * _CHUNK, *values.shape[1:]), dtype=np.result_type(kept, gained))
+        padded[:length] = values
+        return padded.reshape(chunks, _CHUNK, *values.shape[1:])
+
+    factor, x = chunked(kept), chunked(gained)
     step = 1
     while step < _CHUNK:
         x[:, step:] += factor[:, step:] * x[:, :-step]
@@ -248,7 +252,7 @@ def recursion(kept: Numbers, gained: Numbers, before: Numbers) -> Numbers:
     for k in range(chunks):
         x[k] += factor[k] * state
         state = x[k, -1]
-    return np.asarray(x.reshape(chunks * _CHUNK, *kept.shape[1:])[:length])
+    return np.asarray(x.reshape(chunks * _CHUNK, *gained.shape[1:])[:length])
 
 
 def fastest_modes(system: StateSpace) -> Array:

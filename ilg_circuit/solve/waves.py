@@ -179,8 +179,8 @@ def _after_with_slopes(poles: Numbers, states: Numbers, starts: Array, slopes: A
         steeper = phi_slopes(z, once, twice)
         push = poles * x + starts
         found = x + after * (once * push + slopes * after * twice)
-        turned = turned + after * (once * (poles * turned + x) + after * (steeper[0] * push + slopes * after * steeper[1]))
-        return np.concatenate([found, turned], axis=1)
+        turning = once * (poles * turned + x) + after * (steeper[0] * push + slopes * after * steeper[1])
+        return np.concatenate([found, turned + after * turning], axis=1)
     steady, fell = starts / poles, fallen(poles, times)
     found = np.concatenate(
         [x + fell * (x + steady), turned + fell * (turned - steady / poles) + after * (1 + fell) * (x + steady)], axis=1

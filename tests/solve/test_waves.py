@@ -1,4 +1,4 @@
-"""Derivatives of single modes by their poles, against steps in the complex plane, which have no rounding of their own."""
+"""Derivatives of single modes by their poles, against steps in the complex plane."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def _waves(poles: Numbers, drive: PiecewiseLinear, times: Array, *, slopes: bool
 def test_the_derivative_of_a_real_mode_is_that_of_a_complex_step(drive: PiecewiseLinear, samples: int) -> None:
     times = np.sort(_RANDOM.uniform(0, 60, samples))
     poles = -np.append(np.geomspace(1e-4, 300, 8), 0.01 / 7)[None]
-    step = 1e-30 * np.abs(poles)
+    step = 1e-30 * np.abs(poles)  # whose differences have no rounding
     found = _waves(poles, drive, times, slopes=True)
     turned = _waves(poles + 1j * step, drive, times)[:, 0]
     for mine, right in ((found[:, 0], turned.real), (found[:, 1], turned.imag / step)):
@@ -36,7 +36,7 @@ def test_the_derivative_of_a_real_mode_is_that_of_a_complex_step(drive: Piecewis
 def test_the_derivative_of_a_complex_mode_is_that_of_a_circle_round_its_pole(drive: PiecewiseLinear) -> None:
     times = np.sort(_RANDOM.uniform(0, 60, 500))
     poles = (-np.geomspace(1e-3, 100, 6) * np.exp(0.7j))[None]
-    points = np.exp(2j * np.pi * np.arange(8) / 8)  # Cauchy's integral by the trapezoidal rule, error 1e-3 to the eighth
+    points = np.exp(2j * np.pi * np.arange(8) / 8)  # Cauchy's integral by the trapezoidal rule
     round_it = [_waves(poles * (1 + 1e-3 * turn), drive, times)[:, 0] / (1e-3 * poles * turn) for turn in points]
     found, right = _waves(poles, drive, times, slopes=True)[:, 1], np.mean(round_it, axis=0)
     assert np.all(np.abs(found - right).max(axis=0) <= 1e-10 * np.abs(right).max(axis=0))
