@@ -29,7 +29,7 @@ from ..strip.models import ElectricalModel, electrical_model
 from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
-from .jump_start import places_by_relaxation
+from .jump_start import places_by_relaxation, simpler_model
 from .jumps import at_distances, placed, too_many, unknown
 from .modal import Ports, differences, perturbed, with_slopes
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
@@ -47,8 +47,6 @@ _ACCURACY = 1e-6
 _ROUGH_ACCURACY = 1e-3
 #: Largest number of evaluations of a nonlinear model's fit from where a search ended.
 _MOST_EVALUATIONS = 60
-#: Models that place jumps for a richer one.
-_SIMPLER = ("rc2", "rc")
 
 
 @dataclass(frozen=True)
@@ -309,10 +307,10 @@ class CurrentData:
         try:
             return begun, begun._individual(kind, held, progress)
         except SolveError:
-            simpler = [name for name in _SIMPLER if len(electrical_model(name).parameters) < len(kind.parameters)]
+            simpler = simpler_model(kind)
             if begun is self or not simpler:
                 raise
-        better = self.individual(electrical_model(simpler[0]), held, progress).data
+        better = self.individual(electrical_model(simpler), held, progress).data
         assert isinstance(better, CurrentData)
         return better, better._individual(kind, held, progress)
 

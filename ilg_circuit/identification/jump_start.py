@@ -10,12 +10,20 @@ import numpy as np
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
+from ..strip.models import ElectricalModel, electrical_model
 from .start import linear_basis
 
+#: Models that place jumps for a richer one.
+_SIMPLER = ("rc2", "rc")
 #: Rounds for the conductance that relaxes, on which the effect of a jump's place depends.
 _ROUNDS = 2
 #: Noise of the current, relative to its largest, beside which places are unknown: a starting value needs no better one.
 _NOISE = 1e-3
+
+
+def simpler_model(kind: ElectricalModel) -> str:
+    """Return the model that places jumps for another, "" if there is none simpler."""
+    return next((name for name in _SIMPLER if len(electrical_model(name).parameters) < len(kind.parameters)), "")
 
 
 def places_by_relaxation(t: Array, current: Array, drive: PiecewiseLinear, widths: Array, nuisance: Array) -> Array:

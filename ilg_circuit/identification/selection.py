@@ -19,6 +19,7 @@ from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independe
 from ..strip.models import candidates, electrical_model, model_names
 from .current import CurrentData
 from .impedance import ImpedanceData
+from .jump_start import simpler_model
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import BY_TIME, PortData
 
@@ -101,7 +102,7 @@ class _Contest:
                 self._skip(model, "candidate-not-tried-relaxations", other=other)
                 return
         try:
-            self.fits[model] = fit_port(self._begun, model, self._held, self._per_record, self._progress)
+            self.fits[model] = self._fitted(model)
         except IlgError as error:
             self._errors.append(error)
             self.failures[model] = ("failed", Finding("candidate-failed", values={"error": str(error)}))
@@ -164,15 +165,21 @@ class _Contest:
         """Return whether the files leave more residuals together than each by itself."""
         return self.fits[model].beyond_individual(self.samples) >= EVIDENCE
 
-    @property
-    def _begun(self) -> list[PortData]:
-        """The data with their drives' jumps where the closest model so far places them, roughly if all have failed."""
-        if not self.fits:
-            failed = bool(self.failures)
-            return [d.roughly_placed() if failed and isinstance(d, CurrentData) else d for d in self._data]
-        places = [p.places if isinstance(p, CurrentData) else () for p in self.fits[self.richest].data]
-        begun = zip(self._data, places, strict=True)
-        return [d.at_places(np.array(p)) if isinstance(d, CurrentData) else d for d, p in begun]
+    def _fitted(self, model: str) -> PortFit:
+        """Return the fit of a model, if that fails the one with the jumps where a simpler model's fit has them."""
+        roughly = [d.roughly_placed() if isinstance(d, CurrentData) else d for d in self._data]
+        how = (model, self._held, self._per_record, self._progress)
+        try:
+            return fit_port(roughly, *how)
+        except SolveError:
+            simpler = self.fits.get(simpler_model(electrical_model(model)))
+            if simpler is None:
+                raise
+        well = [
+            replace(d, places=s.places) if isinstance(d, CurrentData) and isinstance(s, CurrentData) else d
+            for d, s in zip(self._data, simpler.data, strict=True)
+        ]
+        return fit_port(well, *how)
 
     def _skip(self, model: str, code: str, **values: str) -> None:
         self.failures[model] = ("not tried", Finding(code, values=values))
