@@ -141,7 +141,7 @@ class Batch:
                     other = design_grid(poles, self._drive, samples, theta, **one_each)
                     interpolate = len(grid.nodes) < len(other.nodes)
                     grid = grid if interpolate else other
-                if self._linear and not interpolate:  # where nodes are samples, mostly, closer ones cost less than the last run
+                if self._linear and not interpolate:  # where these are samples, closer ones save a run
                     finer_grid = design_grid(poles, self._drive, samples, theta / _EARLIER[stiff], **one_each)
                     grid = finer_grid if len(finer_grid.nodes) < _OF_FEWER_RUNS * len(grid.nodes) else grid
             solved_on = grid.bent(bends)
