@@ -30,7 +30,7 @@ from .port_equations import PortEquations
 _ACCURACY = 2e-6
 #: Change of the states, relative to the largest, at which Newton's method has converged: its square is left. The same
 #: as long as steps are split; the largest number of its steps.
-_CONVERGED, _ROUGHLY, _MOST_STEPS = 1e-6, 1e-3, 20
+_CONVERGED, _ROUGHLY, _MOST_STEPS = 1e-6, 1e-2, 20
 #: Rounds of splitting and of the last convergence; largest number of parts of a step in each; largest number of steps.
 _ROUNDS, _MOST_PARTS, _MOST_NODES = 16, 8, 50_000
 #: Steps in the first window of time where Newton's method does not converge for all of them; largest number of windows.
