@@ -176,7 +176,7 @@ class _Contest:
             if simpler is None:
                 raise
         well = [
-            replace(d, places=s.places) if isinstance(d, CurrentData) and isinstance(s, CurrentData) else d
+            replace(d, share=s.share, places=s.places) if isinstance(d, CurrentData) and isinstance(s, CurrentData) else d
             for d, s in zip(self._data, simpler.data, strict=True)
         ]
         return fit_port(well, *how)
