@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Literal, Self
@@ -29,7 +30,7 @@ from ..strip.models import ElectricalModel, electrical_model
 from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
-from .jump_start import places_by_relaxation, simpler_model
+from .jump_start import places_by_relaxation, placing_models
 from .jumps import at_distances, placed, too_many, unknown
 from .modal import Ports, differences, perturbed, with_slopes
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
@@ -307,12 +308,12 @@ class CurrentData:
         try:
             return begun, begun._individual(kind, held, progress)
         except SolveError:
-            simpler = simpler_model(kind)
-            if begun is self or not simpler:
-                raise
-        better = self.individual(electrical_model(simpler), held, progress).data
-        assert isinstance(better, CurrentData)
-        return better, better._individual(kind, held, progress)
+            for simpler in placing_models(kind) if begun is not self else ():
+                with suppress(SolveError):
+                    better = self.individual(electrical_model(simpler), held, progress).data
+                    assert isinstance(better, CurrentData)
+                    return better, better._individual(kind, held, progress)
+            raise
 
     def _with_jumps(self, found: IndividualFit, progress: Progress) -> IndividualFit:
         """Return the fit with the drive's later jumps where the current places them."""
@@ -379,7 +380,8 @@ class CurrentData:
         ordered = found.values[kind.order(found.values)]
         if not np.array_equal(ordered, found.values):
             found = fit_near(problem, ordered, progress, most)
-        check(found.values)
+        if not unknown(self):  # else its jumps are yet to be placed, and few samples lie elsewhere beside them
+            check(found.values)
         return IndividualFit(self, model, with_starts(found, starts))
 
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
-from ..strip.models import ElectricalModel, electrical_model
+from ..strip.models import ElectricalModel
 from .start import linear_basis
 
-#: Models that place jumps for a richer one.
+#: Models that place jumps for others, the richer first.
 _SIMPLER = ("rc2", "rc")
 #: Rounds for the conductance that relaxes, on which the effect of a jump's place depends.
 _ROUNDS = 2
@@ -21,9 +21,11 @@ _ROUNDS = 2
 _NOISE = 1e-3
 
 
-def simpler_model(kind: ElectricalModel) -> str:
-    """Return the model that places jumps for another, "" if there is none simpler."""
-    return next((name for name in _SIMPLER if len(electrical_model(name).parameters) < len(kind.parameters)), "")
+def placing_models(kind: ElectricalModel) -> tuple[str, ...]:
+    """Return the models by whose fits the jumps of another may begin, the closest first."""
+    if kind.plain not in _SIMPLER:
+        return _SIMPLER
+    return _SIMPLER[_SIMPLER.index(kind.plain) + (kind.name == kind.plain) :]
 
 
 def places_by_relaxation(t: Array, current: Array, drive: PiecewiseLinear, widths: Array, nuisance: Array) -> Array:

@@ -27,6 +27,9 @@ from ..measurements.voltage import MeasuredDrive
 _MOST_JUMPS, _LARGE = 200, 20_000_000
 #: Step of a place for derivatives, in standard deviations, and how far places move before these are computed again.
 _STEP = 0.3
+#: Parts of a step that are tried, and the factor of steps for derivatives where none of them leads downwards: a jump
+#: near a reading changes a current of diffusion much more than in proportion.
+_PARTS, _FINE = (1.0, 0.5, 0.25, 0.125, 0.0625), 0.1
 #: Effect of all places on the residuals, in their standard deviations, below which no parameter feels it.
 _FELT = 0.1
 #: Most rounds of places and parameters, and the step that ends them: its length in the standard deviations that remain,
@@ -153,31 +156,49 @@ def placed(
     places = np.concatenate([_distances(data[0]) for data, _ in files])
     unit = np.where(deviation > 0, deviation, 1.0)
     ends = np.hstack([_ends(data[0]) for data, _ in files])
-    steps = _inward(places / unit, ends)
-    both = _changes(found, files, observe, places, [steps * deviation])
+    moves = _inward(places / unit, ends)
+    both = _changes(found, files, observe, places, [_STEP * moves * deviation])
     if float(np.linalg.norm(both)) < _STEP * _FELT * float(np.sqrt(np.mean(found.residuals**2))):
         return found, tuple(files), np.zeros((len(found.residuals), 0))
-    columns, since = np.zeros((len(found.residuals), 0)), np.inf
+    columns, since, fine = np.zeros((len(found.residuals), 0)), np.inf, 1.0
     for last in (*[False] * (_ROUNDS - 1), True):
         if since > _STEP:
-            steps = _inward(places / unit, ends)
-            columns = _changes(found, files, observe, places, list(np.diag(steps * deviation))) / steps
+            moves = fine * _STEP * _inward(places / unit, ends)
+            columns = _changes(found, files, observe, places, list(np.diag(moves * deviation))) / moves
             since = 0.0
-        step, spread = _step(found, columns, places / unit, ends, telling)
+        step, spread, weights = _step(found, columns, places / unit, ends, telling)
         if last or float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED:
             break
-        there = _moved(files, places + step * unit)
-        observations = list(found.problem.observations)
-        for data, at in there:
-            for k, d in zip(at, data, strict=True):
-                observations[k] = observe(k, d)
-        try:
-            again = refit(replace(found.problem, observations=tuple(observations)), found.values)
-        except SolveError:
-            break
-        found, files, places = with_starts(again, found.starts), there, places + step * unit
-        since += float(np.abs(step).max())
+        least = _squares(found, weights, places / unit)
+        for part in _PARTS:
+            there = _moved(files, places + part * step * unit)
+            try:
+                again = refit(_observed(found.problem, there, observe), found.values)
+            except SolveError:
+                return found, tuple(files), columns @ spread
+            if _squares(again, weights, places / unit + part * step) < least:
+                found, files, places = with_starts(again, found.starts), there, places + part * step * unit
+                since += part * float(np.abs(step).max())
+                break
+        else:
+            if fine < 1.0 and not since:
+                break
+            since, fine = np.inf, _FINE
     return found, tuple(files), columns @ spread
+
+
+def _observed(problem: Problem, files: Sequence[File[Data]], observe: Observe[Data]) -> Problem:
+    """Return the problem with the observations of ``files``."""
+    observations = list(problem.observations)
+    for data, at in files:
+        for k, d in zip(at, data, strict=True):
+            observations[k] = observe(k, d)
+    return replace(problem, observations=tuple(observations))
+
+
+def _squares(found: FitResult, weights: Array, places: Array) -> float:
+    """Return the sum of squares of the weighted residuals and of the ``places`` (j,) of unit variance."""
+    return float(((weights * found.residuals) ** 2).sum() + (places**2).sum())
 
 
 def _ends(data: Jumping) -> Array:
@@ -194,8 +215,8 @@ def _moved(files: Sequence[File[Data]], places: Array) -> tuple[File[Data], ...]
 
 
 def _inward(places: Array, ends: Array) -> Array:
-    """Return steps (j,) for derivatives from ``places`` (j,) towards the middle between their ``ends`` (2, j)."""
-    return np.where(places > ends.mean(axis=0), -_STEP, _STEP)
+    """Return signs (j,) of steps from ``places`` (j,) towards the middle between their ``ends`` (2, j)."""
+    return np.where(places > ends.mean(axis=0), -1.0, 1.0)
 
 
 def _changes(
@@ -219,12 +240,15 @@ def _changes(
     return changes
 
 
-def _step(found: FitResult, columns: Array, places: Array, ends: Array, telling: Mask | None) -> tuple[Array, Array]:
-    """Return the Gauss-Newton step (j,) of the ``places`` (j,) of unit variance, and a root (j, j) of their covariance.
+def _step(
+    found: FitResult, columns: Array, places: Array, ends: Array, telling: Mask | None
+) -> tuple[Array, Array, Array]:
+    """Return the Gauss-Newton step (j,) of ``places`` (j,) of unit variance, a root (j, j) of their covariance.
 
-    ``columns`` (samples, j) are the prediction's derivatives. Every place stays between its ``ends`` (2, j). The
-    parameters are free; every observation has the variance that parameters and places together leave. Only samples
-    that are ``telling`` (samples,) count, by default all.
+    The last are weights (samples,) of the residuals, zero for those that do not tell. ``columns`` (samples, j) are the
+    prediction's derivatives. Every place stays between its ``ends`` (2, j). The parameters are free; every observation
+    has the variance that parameters and places together leave. Only samples that are ``telling`` (samples,) count, by
+    default all.
     """
     from scipy.optimize import lsq_linear
 
@@ -250,7 +274,9 @@ def _step(found: FitResult, columns: Array, places: Array, ends: Array, telling:
     target = vectors.T @ (free.T @ left - places) / root
     bounds = (np.minimum(ends[0] - places, -_SAME), np.maximum(ends[1] - places, _SAME))
     step = lsq_linear(root[:, None] * vectors.T, target, bounds).x
-    return step, vectors / root
+    weights = np.zeros(len(residuals))
+    weights[tells] = 1 / scale
+    return step, vectors / root, weights
 
 
 def by_jumps(measured: MeasuredDrive, onset_width: float, t: Array, predict: Predict) -> dict[str, Array]:

@@ -19,7 +19,7 @@ from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independe
 from ..strip.models import candidates, electrical_model, model_names
 from .current import CurrentData
 from .impedance import ImpedanceData
-from .jump_start import simpler_model
+from .jump_start import placing_models
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import BY_TIME, PortData
 
@@ -167,19 +167,14 @@ class _Contest:
 
     def _fitted(self, model: str) -> PortFit:
         """Return the fit of a model, if that fails the one with the jumps where a simpler model's fit has them."""
-        roughly = [d.roughly_placed() if isinstance(d, CurrentData) else d for d in self._data]
         how = (model, self._held, self._per_record, self._progress)
         try:
-            return fit_port(roughly, *how)
+            return fit_port([d.roughly_placed() if isinstance(d, CurrentData) else d for d in self._data], *how)
         except SolveError:
-            simpler = self.fits.get(simpler_model(electrical_model(model)))
+            simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
             if simpler is None:
                 raise
-        well = [
-            replace(d, share=s.share, places=s.places) if isinstance(d, CurrentData) and isinstance(s, CurrentData) else d
-            for d, s in zip(self._data, simpler.data, strict=True)
-        ]
-        return fit_port(well, *how)
+        return fit_port([_placed_as(d, s) for d, s in zip(self._data, simpler.data, strict=True)], *how)
 
     def _skip(self, model: str, code: str, **values: str) -> None:
         self.failures[model] = ("not tried", Finding(code, values=values))
@@ -267,6 +262,13 @@ class _Contest:
 
     def _admitted(self, model: str) -> bool:
         return _against(self.fits[model], self.identifiability(model)) is None
+
+
+def _placed_as(data: PortData, other: PortData) -> PortData:
+    """Return the data with their drive's jumps where ``other`` data of the same file have them."""
+    if isinstance(data, CurrentData) and isinstance(other, CurrentData):
+        return replace(data, share=other.share, places=other.places)
+    return data
 
 
 _CHOSEN = Finding("candidate-chosen")
