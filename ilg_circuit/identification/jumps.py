@@ -123,6 +123,11 @@ def at_distances(data: Data, distances: Array) -> Data:
     return data.at_share(share).at_places(distances[1:] - share * data.measured.widths[1:])
 
 
+def placed_as(data: Data, other: Jumping) -> Data:
+    """Return the data with onset and later jumps where ``other`` data of the same file have them."""
+    return data.at_share(other.share).at_places(np.array(other.places))
+
+
 def unknown(data: Jumping) -> bool:
     """Return True if places of later jumps are unknown, and few enough to be fitted."""
     return _count(data) > 0 and not too_many(data)

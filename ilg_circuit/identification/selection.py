@@ -20,6 +20,7 @@ from ..strip.models import candidates, electrical_model, model_names
 from .current import CurrentData
 from .impedance import ImpedanceData
 from .jump_start import placing_models
+from .jumps import placed_as
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import BY_TIME, PortData
 
@@ -174,7 +175,11 @@ class _Contest:
             simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
             if simpler is None:
                 raise
-        return fit_port([_placed_as(d, s) for d, s in zip(self._data, simpler.data, strict=True)], *how)
+        pairs = zip(self._data, simpler.data, strict=True)
+        return fit_port(
+            [placed_as(d, s) if isinstance(d, CurrentData) and isinstance(s, CurrentData) else d for d, s in pairs],
+            *how,
+        )
 
     def _skip(self, model: str, code: str, **values: str) -> None:
         self.failures[model] = ("not tried", Finding(code, values=values))
@@ -262,13 +267,6 @@ class _Contest:
 
     def _admitted(self, model: str) -> bool:
         return _against(self.fits[model], self.identifiability(model)) is None
-
-
-def _placed_as(data: PortData, other: PortData) -> PortData:
-    """Return the data with their drive's jumps where ``other`` data of the same file have them."""
-    if isinstance(data, CurrentData) and isinstance(other, CurrentData):
-        return replace(data, share=other.share, places=other.places)
-    return data
 
 
 _CHOSEN = Finding("candidate-chosen")

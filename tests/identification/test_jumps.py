@@ -22,6 +22,7 @@ from ilg_circuit.findings import codes
 from ilg_circuit.identification import identify
 from ilg_circuit.identification.comparison import compare
 from ilg_circuit.identification.current import CurrentData
+from ilg_circuit.identification.jumps import placed_as
 from ilg_circuit.measurements.onset import Stated
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
@@ -281,6 +282,16 @@ def test_jumps_near_readings_are_placed_in_a_current_of_diffusion(seed: int) -> 
     assert found.observations[0].rms_joint == pytest.approx(3e-3 * found.observations[0].size, rel=0.1)
 
 
-def test_a_model_begins_with_jumps_and_onset_of_a_simpler_one() -> None:
-    """With the jumps alone, which are told from the onset, diffusion was not found, and rc took a minute."""
+def test_diffusion_is_found_under_a_square_wave() -> None:
     assert ilg.identify(diffusing(0), "paper", engine="exact").model == "warburg"
+
+
+def test_data_are_placed_as_others_with_their_onset() -> None:
+    """Jumps are told from the onset: without it they lie elsewhere."""
+    data = CurrentData(
+        prepare(Table({n.partition("_")[0]: v for n, v in diffusing(0).items()}, "record.csv")), "exact", ""
+    )
+    other = data.at_share(0.3).at_places(np.linspace(-0.1, 0.2, len(data.measured.widths) - 1))
+    found = placed_as(data, other)
+    assert found.drive.times == pytest.approx(other.drive.times, abs=1e-12)
+    assert np.abs(found.drive.times - data.drive.times).max() > 0.1
