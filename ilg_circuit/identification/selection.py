@@ -21,6 +21,7 @@ from .current import CurrentData
 from .impedance import ImpedanceData
 from .jump_start import placing_models
 from .jumps import placed_as
+from .lack_of_fit import Lack
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import BY_TIME, PortData
 
@@ -137,11 +138,16 @@ class _Contest:
                 return
             if not (found.lack and found.lack.relaxations):
                 continue
+            enough = np.inf  # number of parameters from which on relaxations explain nothing
             for ions in linear[:1] if costly or k else linear:
-                model = "+".join((ions, *(a.name for a in found.kind.additions)))
-                more = len(electrical_model(ions).parameters) > len(electrical_model(found.kind.plain).parameters)
-                if more and model in model_names() and model not in self.fits:
+                model, count = "+".join((ions, *(a.name for a in found.kind.additions))), _parameters(ions)
+                if not _parameters(found.kind.plain) < count < enough or model not in model_names():
+                    continue
+                if model not in self.fits:
                     self.enter(model)
+                lack = self.fits[model].lack if model in self.fits else Lack()
+                if lack is not None and not lack.relaxations:
+                    enough = min(enough, count + 1)
 
     def enter_beside(self, linear: str) -> None:
         """Fit a ``linear`` model that could not be fitted with each law, if one is missing: it may be the reason."""
@@ -169,11 +175,12 @@ class _Contest:
     def _fitted(self, model: str) -> PortFit:
         """Return the fit of a model, if that fails the one with the jumps where a simpler model's fit has them."""
         how = (model, self._held, self._per_record, self._progress)
+        begun = [d.roughly_placed() if isinstance(d, CurrentData) else d for d in self._data]
         try:
-            return fit_port([d.roughly_placed() if isinstance(d, CurrentData) else d for d in self._data], *how)
+            return fit_port(begun, *how)
         except SolveError:
             simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
-            if simpler is None:
+            if simpler is None or all(b is d for b, d in zip(begun, self._data, strict=True)):
                 raise
         pairs = zip(self._data, simpler.data, strict=True)
         return fit_port(
@@ -270,6 +277,11 @@ class _Contest:
 
 
 _CHOSEN = Finding("candidate-chosen")
+
+
+def _parameters(model: str) -> int:
+    """Return the number of parameters of a model."""
+    return len(electrical_model(model).parameters)
 
 
 def _samples(found: PortFit) -> Array:
