@@ -16,6 +16,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from sets import noise_of
 
 import ilg_circuit as ilg
 from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
@@ -30,8 +31,8 @@ MODELS = (
     "warburg+sinh",
 )
 DRIVES = ("step", "square", "square from 0 V", "sine", "triangle", "staircase", "lines")
-#: AR(1) coefficient of autocorrelated noise, and readings after which it is stationary.
-PHI, SETTLING = 0.7, 300
+#: Correlation of neighbours of autocorrelated noise.
+PHI = 0.7
 #: Errors from the truth from which on a value is off.
 OFF = 4.0
 
@@ -68,7 +69,6 @@ def drive_of(kind: str, random: np.random.Generator, volts: float, end: float) -
 
 def made(number: int) -> Made:
     """The record of a number."""
-    sys.path.insert(0, str(TESTS))
     import every_model
 
     random = np.random.default_rng(number)
@@ -80,10 +80,7 @@ def made(number: int) -> Made:
     noise, phi = 10 ** random.uniform(-3.0, -1.6), float(random.choice([0.0, 0.0, 0.0, PHI]))
 
     def noisy(values: np.ndarray, size: float, phi: float = 0.0) -> np.ndarray:
-        drawn = random.standard_normal(rows + rest + SETTLING)
-        for k in range(1, len(drawn)):
-            drawn[k] = phi * drawn[k - 1] + np.sqrt(1 - phi**2) * drawn[k]
-        return np.append(np.zeros(rest), values) + size * drawn[SETTLING:]
+        return np.append(np.zeros(rest), values) + size * noise_of(random, rows + rest, phi)
 
     columns = {
         "time_s": t[1] * np.arange(rows + rest),
@@ -120,6 +117,7 @@ def told(record: Made) -> tuple[str, str, float]:
 
 def main(first: int, count: int) -> None:
     """Fit the records, and print what is not as it was made, how many are what, and the slowest."""
+    sys.path.insert(0, str(TESTS))
     outcomes: dict[str, int] = {}
     slowest = (0.0, 0)
     for number in range(first, first + count):
