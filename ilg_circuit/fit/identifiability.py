@@ -89,12 +89,16 @@ class Identifiability:
 
 
 def diagnose(
-    found: FitResult, branches: Sequence[tuple[float, float]] = (), unfelt: Sequence[str] = ()
+    found: FitResult,
+    branches: Sequence[tuple[float, float]] = (),
+    unfelt: Sequence[str] = (),
+    *,
+    profiles: bool = True,
 ) -> Identifiability:
     """Return the diagnostics of a fit.
 
     ``branches`` ((R [ohm], C [F]), ...) are by ascending time constant; ``unfelt`` are parameters that were fixed
-    because they have no effect on the data.
+    because they have no effect on the data. Without ``profiles``, which cost two fits each, none is open.
     """
     errors, labels, n = reported_errors(found), found.labels, len(found.values)
     wider = errors / found.pooled_errors
@@ -106,7 +110,7 @@ def diagnose(
     merged = [f"{k} and {k + 1}" for k, (a, b) in enumerate(pairwise(constants), 1) if not b > _DISTINCT * a]
     matrix = found.correlations
     alike = [(i, j) for i, j in combinations(range(n), 2) if abs(matrix[i, j]) > _ALIKE]
-    vague = [k for k in range(n) if not errors[k] <= _SURE * found.values[k]]
+    vague = [k for k in range(n) if not errors[k] <= _SURE * found.values[k]] if profiles else []
     return Identifiability(
         parameters=n,
         rank=int((strengths > 1).sum()),

@@ -79,9 +79,9 @@ class PortFit:
             ladders = Ladders((low, high))
         return self.model.port(np.array([values[name] for name in self.model.names]), ladders)
 
-    def identifiability(self) -> Identifiability:
-        """Return which parameters of the port the data determine."""
-        return diagnose(self.fit, self.port.branches, self.unfelt)
+    def identifiability(self, *, profiles: bool = True) -> Identifiability:
+        """Return which parameters of the port the data determine, by open ``profiles`` too."""
+        return diagnose(self.fit, self.port.branches, self.unfelt, profiles=profiles)
 
     @property
     def rms(self) -> Array:

@@ -90,6 +90,7 @@ class _Contest:
         self.failures: dict[str, tuple[Status, Finding]] = {}
         self._errors: list[IlgError] = []
         self._identifiability: dict[str, Identifiability] = {}
+        self._profiled: set[str] = set()
 
     def enter(self, model: str, *, always: bool = False) -> None:
         """Fit a model, unless it needs transients and a simpler one's residuals leave it nothing; or ``always``."""
@@ -201,7 +202,7 @@ class _Contest:
     @property
     def determined(self) -> list[str]:
         """The models that have no reason against them."""
-        return [m for m in self.fits if self._admitted(m)]
+        return [m for m in self.fits if self._determined(m)]
 
     @property
     def richest(self) -> str:
@@ -219,13 +220,28 @@ class _Contest:
         return {m: _bic(found, samples) for m, found in self.fits.items()}
 
     def identifiability(self, model: str) -> Identifiability:
-        """Return which parameters of a fitted model the data determine."""
+        """Return which parameters of a fitted model the data determine, as far as that was asked for."""
         if model not in self._identifiability:
-            self._identifiability[model] = self.fits[model].identifiability()
+            self._identifiability[model] = self.fits[model].identifiability(profiles=False)
         return self._identifiability[model]
 
+    def _profile(self, model: str) -> None:
+        """Follow the profiles of a model, which may be open."""
+        if model not in self._profiled:
+            self._identifiability[model] = self.fits[model].identifiability()
+            self._profiled.add(model)
+
+    def _determined(self, model: str) -> bool:
+        """Return True if there is no reason against a model; its profiles are followed if there is no other."""
+        if self._admitted(model):
+            self._profile(model)
+        return self._admitted(model)
+
     def best(self, among: list[str]) -> str:
-        """Return the simplest of the best models without a reason against them."""
+        """Return the simplest of the best models without a reason against them.
+
+        Profiles are not followed of a model that loses to an admitted one by BIC and misfit.
+        """
         if not among:
             if len(set(map(str, self._errors))) == 1:  # the error concerns the data, not the model
                 raise self._errors[0]
@@ -237,11 +253,16 @@ class _Contest:
         bics = {m: bic for m, bic in self.bics.items() if m in among}
         unknowns = {m: self.fits[m].fit.count for m in among}
         misfits = {m: self.fits[m].misfit for m in among}
-        admitted = [m for m in among if self._admitted(m)]
+        admitted: list[str] = []
+        for model in sorted(among, key=lambda m: bics[m]):
+            beaten = any(bics[m] + EVIDENCE < bics[model] and misfits[m] < misfits[model] for m in admitted)
+            if not beaten and self._determined(model):
+                admitted.append(model)
         return simplest_of_best(bics, unknowns, admitted, misfits)
 
     def rows(self, winner: str) -> tuple[Candidate, ...]:
         """Return all candidates in the order of the models' names, each with its reason."""
+        self._profile(winner)
         rows = []
         for model in (m for m in model_names() if m in self.fits or m in self.failures):
             if model not in self.fits:

@@ -15,9 +15,9 @@ from .state_space import StateSpace
 _CHUNK = 32
 #: Largest factor by which modes may cancel; the same factor of accuracy is lost.
 CANCELLING = 1e5
-#: Ratio of poles above which a decomposition is sharpened, in how many corrections, and relative distance up to which
-#: poles count as nearly equal.
-_STIFF, _CORRECTIONS, _CLOSE = 1e4, 3, 1e-3
+#: Ratio of poles above which a decomposition is sharpened, in how many corrections, the one after which the next would
+#: be lost in rounding, and relative distance up to which poles count as nearly equal.
+_STIFF, _CORRECTIONS, _LAST, _CLOSE = 1e4, 3, 1e-9, 1e-3
 #: Largest error of left vectors as the inverse of right ones for which corrections have converged.
 _INVERSE = 1e-6
 #: Below this a Taylor series of five terms is exact to the last digits.
@@ -124,6 +124,8 @@ def _sharpened(a: Array, poles: Numbers, left: Numbers, shapes: Numbers) -> tupl
         seen = left @ a @ shapes
         moved = np.divide(seen, np.diagonal(seen) - np.diagonal(seen)[:, None], out=np.zeros_like(seen), where=apart)
         shapes, left = shapes + shapes @ moved, left - moved @ left
+        if np.abs(moved).max(initial=0.0) < _LAST:
+            break
     if not np.abs(left @ shapes - np.eye(len(poles))).max() < _INVERSE:
         return poles, *begun
     found = poles.copy(), left.copy(), shapes.copy()

@@ -157,7 +157,7 @@ def test_a_best_fit_that_is_not_determined_is_not_chosen_and_the_verdict_says_wh
     genuine = PortFit.identifiability
     open_end = {"rank": 4, "open": ("capacitance_2 has no upper limit",)}
     monkeypatch.setattr(
-        PortFit, "identifiability", lambda p: replace(genuine(p), **(open_end if p.kind.name == "rc2" else {}))
+        PortFit, "identifiability", lambda p, **_: replace(genuine(p), **(open_end if p.kind.name == "rc2" else {}))
     )
     model, candidate = choose(two_fits)
     assert model == "rc"
