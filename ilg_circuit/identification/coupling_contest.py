@@ -24,7 +24,7 @@ from .motion_laws import EC31, LAWS, MotionLaw
 from .window_search import FEWEST_SAMPLES, WINDOW_RATIO, Begin, WindowSearch, describes
 
 #: Readings of a file in the search for its window, and the relative change of sums of squares that ends its descents.
-_FEW, _ROUGH = 500, 1e-5
+_FEW, _ROUGH = 500, 1e-3
 #: Difference of BIC that tells one law from another: below it the evidence is worth no more than a bare mention.
 _MENTIONED = 2.0
 #: Ratio of errors of prediction below which two laws predict alike.

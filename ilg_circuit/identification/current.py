@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
 from ..errors import InputError, SolveError, argument
 from ..findings import Finding
@@ -25,7 +24,6 @@ from ..measurements.prepare import LEAST_REST, tells_offset
 from ..measurements.record import Channel, Record
 from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
-from ..solve.transient import transient
 from ..strip.models import ElectricalModel, electrical_model
 from ..strip.port import Port
 from ..units import format_quantity
@@ -34,7 +32,7 @@ from .jump_start import places_by_relaxation, placing_models
 from .jumps import at_distances, placed, too_many, unknown
 from .modal import Ports, differences, perturbed, with_slopes
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
-from .port_response import at_rest, closed, current_slopes, currents_of
+from .port_response import ACCURACY, at_rest, closed, current_slopes, currents_of, engine_currents
 from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
 
@@ -42,9 +40,7 @@ from .stored import decaying_terms
 _MOST_ROWS, _TRIAL_ROWS, _ONSET_ROWS = 4000, 2000, 400
 #: Tolerance of a fit of which only the residuals are used.
 _ROUGH = 1e-5
-#: Error of an engine's transient in a fit, relative to the largest current.
-_ACCURACY = 1e-6
-#: The same in a fit that only selects the best of several starts.
+#: Error of an engine's transient, relative to the largest current, in a fit that only selects the best start.
 _ROUGH_ACCURACY = 1e-3
 #: Largest number of evaluations of a nonlinear model's fit from where a search ended.
 _MOST_EVALUATIONS = 60
@@ -67,7 +63,7 @@ class CurrentData:
     left_out: tuple[int, ...] = ()
     only: NDArray[np.intp] | None = None
     until: float = math.inf
-    accuracy: float = _ACCURACY
+    accuracy: float = ACCURACY
     places: tuple[float, ...] = ()
 
     quantity = "current"
@@ -223,7 +219,7 @@ class CurrentData:
 
     def _solved(self, ports: Sequence[Port], t: Array) -> Array:
         """Return the predictions (ports, samples) at ``t`` [s] by the engine."""
-        return currents(ports, self.drive, t, self.engine, self.accuracy)
+        return engine_currents(ports, self.drive, t, self.engine, self.accuracy)
 
     def closed(self, model: PortModel) -> bool:
         """Return True if a model is predicted without an engine."""
@@ -284,20 +280,27 @@ class CurrentData:
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
         begun, first = self._begun(kind, held, progress)
+        if not unknown(self):
+            return first
         found = begun._with_jumps(first, progress)
-        # a ladder's current determines the onset; a sum of exponentials does not, and the onset stays in the middle
-        laddered = kind.linear and found.model.port(found.fit.values, ANY_LADDER).ladder is not None
-        if not self.bracketed or not laddered:
-            return found
         assert isinstance(found.data, CurrentData)
-        few = found.data._thinned(_ONSET_ROWS)
-        near = fit_near(port_problem((few,), found.model, (1.0,)), found.fit.values, progress)
-        share = likeliest(near, lambda x: port_problem((few.at_share(x),), found.model, (1.0,)), BRACKET)
-        if not share:
+        moved, values = found.data._at_likely_onset(found.model, found.fit.values, progress)
+        if moved is found.data:
             return found
-        moved = found.data.at_share(share)
-        again = fit_near(port_problem((moved,), found.model, (1.0,)), found.fit.values, progress)
+        again = fit_near(port_problem((moved,), found.model, (1.0,)), values, progress)
         return IndividualFit(moved, found.model, with_starts(again, found.fit.starts))
+
+    def _at_likely_onset(self, model: PortModel, values: Array, progress: Progress) -> tuple[Self, Array]:
+        """Return the data at the onset that few of its rows tell, and the values (n,) there; without a ladder the same.
+
+        A ladder's current determines the onset; a sum of exponentials does not, and the onset stays in the middle.
+        """
+        if not (self.bracketed and model.kind.linear and model.port(values, ANY_LADDER).ladder is not None):
+            return self, values
+        few = self._thinned(_ONSET_ROWS)
+        near = fit_near(port_problem((few,), model, (1.0,)), values, progress)
+        share = likeliest(near, lambda x: port_problem((few.at_share(x),), model, (1.0,)), BRACKET)
+        return (self.at_share(share) if share else self), near.values
 
     def _begun(self, kind: ElectricalModel, held: float, progress: Progress) -> tuple[CurrentData, IndividualFit]:
         """Return the data with the drive's jumps in places, rough ones if they have none, and the first fit.
@@ -317,8 +320,6 @@ class CurrentData:
 
     def _with_jumps(self, found: IndividualFit, progress: Progress) -> IndividualFit:
         """Return the fit with the drive's later jumps where the current places them."""
-        if not unknown(self):
-            return found
         refit, files = partial(fit_near, progress=progress), [((self,), (0,))]
         placing, ((moved, _),), _ = placed(found.fit, files, lambda _, d: d.observation(found.model), refit)
         return IndividualFit(moved[0], found.model, placing)
@@ -373,28 +374,15 @@ class CurrentData:
             return IndividualFit(self, model, found)
         # multi-start with few samples, then the fit of all
         values, starts, check = search_starts(problem, lambda at: self.without_engine(model, at), self.since, start)
-        model = PortModel(kind, held, tuple(values.tolist()))
-        problem = port_problem((self,), model, (1.0,))
+        model, data = PortModel(kind, held, tuple(values.tolist())), self
+        if not unknown(self):  # else its jumps are yet to be placed
+            data, values = self._at_likely_onset(model, values, progress)
+        problem = port_problem((data,), model, (1.0,))
         most = None if kind.linear else _MOST_EVALUATIONS
         found = fit_near(problem, values, progress, most)
         ordered = found.values[kind.order(found.values)]
         if not np.array_equal(ordered, found.values):
             found = fit_near(problem, ordered, progress, most)
-        if not unknown(self):  # else its jumps are yet to be placed, and few samples lie elsewhere beside them
-            check(found.values)
-        return IndividualFit(self, model, with_starts(found, starts))
-
-
-def currents(
-    ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str, accuracy: float = _ACCURACY
-) -> Array:
-    """Return currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s], steady before the onset at 0.
-
-    ``accuracy`` is their error by ngspice, relative to the largest.
-    """
-    after = t >= 0
-    result = np.repeat(at_rest(ports, drive.rest)[:, None], len(t), axis=1)
-    netlists = [port_netlist(port, rest=drive.rest) for port in ports]
-    found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=10 * accuracy)
-    result[:, after] = found.values[:, 0]
-    return result
+        if not unknown(self):  # else few samples lie elsewhere beside the jumps, as they do beside another onset
+            check(found.values if data is self else values)
+        return IndividualFit(data, model, with_starts(found, starts))

@@ -1,4 +1,4 @@
-"""Predicts what ports answer without an engine, and the derivatives by their parameters, for the predictions of a fit.
+"""Predicts what ports answer, and the derivatives by their parameters without an engine, for the predictions of a fit.
 
 Linear ports are sums of modes (see `modal`); nonlinear R-C branches are solved by collocation. A nonlinear path of the
 electrons straight across the voltage takes a current of its own, whatever the ions do.
@@ -12,8 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Array
+from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
 from ..solve.collocation import answer_slopes, answers
+from ..solve.transient import transient
 from ..strip.port import Port
 from .modal import (
     STEP,
@@ -25,6 +27,9 @@ from .modal import (
 )
 from .port_model import PortModel
 
+#: Error of an engine's transient in a fit, relative to the largest current.
+ACCURACY = 1e-6
+
 
 def closed(model: PortModel, *, by_current: bool = False) -> bool:
     """Return True if ports of a model are answered without an engine."""
@@ -35,6 +40,21 @@ def closed(model: PortModel, *, by_current: bool = False) -> bool:
 def at_rest(ports: Sequence[Port], voltage: float) -> Array:
     """Return the steady currents [A] (ports,) under ``voltage`` [V]."""
     return np.array([float(port.electron_current(port.inner_voltage(voltage))) if voltage else 0.0 for port in ports])
+
+
+def engine_currents(
+    ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str, accuracy: float = ACCURACY
+) -> Array:
+    """Return currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s], steady before the onset at 0.
+
+    ``accuracy`` is their error by ngspice, relative to the largest.
+    """
+    after = t >= 0
+    result = np.repeat(at_rest(ports, drive.rest)[:, None], len(t), axis=1)
+    netlists = [port_netlist(port, rest=drive.rest) for port in ports]
+    found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=10 * accuracy)
+    result[:, after] = found.values[:, 0]
+    return result
 
 
 def currents_of(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from ilg_circuit.circuit.strip import strip_netlist
 from ilg_circuit.drive import PiecewiseLinear
-from ilg_circuit.identification.current import currents
 from ilg_circuit.identification.modal import (
     modal_current_slopes,
     modal_currents,
@@ -19,6 +18,7 @@ from ilg_circuit.identification.modal import (
     modal_displacements,
     perturbed,
 )
+from ilg_circuit.identification.port_response import engine_currents
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.solve.transient import transient
 from ilg_circuit.strip.actuator import PAPER, Actuator, Coupling
@@ -47,7 +47,7 @@ def test_modes_are_the_exact_engine_s(model: str, drive: str, resistance: float)
     kind = electrical_model(model)
     ports = [kind.port([v * factor if v != 0.8 else v for v in VALUES[model]], resistance) for factor in (1.0, 1.3)]
     t = np.sort(np.concatenate([np.linspace(0.0, 60.0, 41), np.geomspace(1e-3, 50.0, 20)]))
-    exact = currents(ports, DRIVES[drive], t, "exact")
+    exact = engine_currents(ports, DRIVES[drive], t, "exact")
     found = modal_currents(ports, DRIVES[drive], t)
     assert found == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
 
@@ -92,7 +92,7 @@ def test_a_drive_of_many_knots_goes_in_blocks(samples: int) -> None:
     random = np.random.default_rng(4)
     drive = PiecewiseLinear(np.linspace(0.0, 60.0, 4100), np.append(0.0, random.standard_normal(4099)))
     t, ports = np.linspace(0.0, 60.0, samples), [electrical_model("rc2").port(VALUES["rc2"], 2.0)]
-    exact = currents(ports, drive, t, "exact")
+    exact = engine_currents(ports, drive, t, "exact")
     found = modal_currents(ports, drive, t)
     assert found == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
     values = np.array(VALUES["rc2"])

@@ -8,7 +8,6 @@ from every_model import port_of, strip_of, values_of
 
 from ilg_circuit.circuit.strip import port_netlist, strip_netlist
 from ilg_circuit.drive import PiecewiseLinear
-from ilg_circuit.identification.current import currents
 from ilg_circuit.identification.modal import perturbed
 from ilg_circuit.identification.motion import Motion
 from ilg_circuit.identification.port_model import PortModel
@@ -16,6 +15,7 @@ from ilg_circuit.identification.port_response import (
     closed,
     current_slopes,
     currents_of,
+    engine_currents,
     voltage_slopes,
     voltages_of,
 )
@@ -37,7 +37,7 @@ def test_currents_are_the_engines(model: str, electrodes: float) -> None:
     kind, values = electrical_model(model), np.array(values_of(model))
     assert closed(PortModel(kind, electrodes))
     ports = [kind.port(v.tolist(), electrodes, LADDERS) for v in perturbed(values)]
-    expected = currents(ports[:1], DRIVE, T, "ngspice", 1e-7)[0]
+    expected = engine_currents(ports[:1], DRIVE, T, "ngspice", 1e-7)[0]
     found = currents_of(ports[:1], DRIVE, T)[0]
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
     slopes = current_slopes(ports, DRIVE, T)

@@ -20,7 +20,7 @@ from synthetic import record, step
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.findings import codes
 from ilg_circuit.identification import Identification, identify
-from ilg_circuit.identification.current import currents
+from ilg_circuit.identification.port_response import engine_currents
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.table import Table
@@ -57,7 +57,7 @@ def table(
     after = t > onset + 1e-12
     drive = PiecewiseLinear.step(level).resting(rest)
     current = np.full(len(t), rest / truth["dc_resistance"])
-    current[after] = currents([port], drive, t[after] - onset, "exact")[0]
+    current[after] = engine_currents([port], drive, t[after] - onset, "exact")[0]
     random = np.random.default_rng(seed)
     current = current + offset + noise * float(np.abs(current).max()) * random.standard_normal(len(t))
     return Table({"time": t, "voltage": np.where(after, level, rest), "current": current}, "step.csv")
@@ -142,7 +142,7 @@ def test_jumps_of_a_waveform_lie_between_readings_too() -> None:
     for late in (0.01, 0.25, 0.49):
         after = t >= late
         columns = {"time": t + 10, "voltage": np.where(after, drive.value(t - late), 0.0), "current": np.zeros(len(t))}
-        columns["current"][after] = currents([port], drive, t[after] - late, "exact")[0]
+        columns["current"][after] = engine_currents([port], drive, t[after] - late, "exact")[0]
         columns["current"] += 1e-4 * np.random.default_rng(3).standard_normal(len(t))
         assert_held(identify(prepare(Table(columns, "square.csv")), model="rc", engine="exact"), RC)
 
@@ -196,7 +196,7 @@ def test_record_within_a_run_has_free_charges(begin: float) -> None:
     t = np.arange(0.0, 180.0, 0.1)
     turns = np.arange(-10.0, 200.0, 10.0)
     knots = PiecewiseLinear(t, np.interp(t, turns, 2 * np.resize([-1.0, 1.0, 0.3, 0.8], len(turns))))
-    current = currents([port], knots, t, "exact")[0] + 1e-4 * np.random.default_rng(1).standard_normal(len(t))
+    current = engine_currents([port], knots, t, "exact")[0] + 1e-4 * np.random.default_rng(1).standard_normal(len(t))
     rows = (t >= begin) & (t < begin + 120)
     columns = {"time": t[rows] - begin, "voltage": knots.values[rows], "current": current[rows]}
     found = identify(prepare(Table(columns, "run.csv")), model="rc2", engine="exact")
