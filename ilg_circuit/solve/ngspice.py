@@ -328,7 +328,10 @@ def _load() -> None:
 
 
 class _Keeping:
-    """A cffi interface whose callbacks hand their exceptions to ``keep``, where cffi itself would drop them."""
+    """A cffi interface whose callbacks hand their exceptions to ``keep``, where cffi itself would drop them.
+
+    A function None is a callback that ngspice is not given.
+    """
 
     def __init__(self, bare: Any, keep: Callable[[Any, BaseException, Any], None]) -> None:
         self._bare, self._keep = bare, keep
@@ -336,8 +339,8 @@ class _Keeping:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._bare, name)
 
-    def callback(self, signature: str, function: Callable[..., Any]) -> Any:
-        return self._bare.callback(signature, function, onerror=self._keep)
+    def callback(self, signature: str, function: Callable[..., Any] | None) -> Any:
+        return self._bare.callback(signature, function, onerror=self._keep) if function else self._bare.NULL
 
 
 def _quiet_class(base: Any) -> Any:
@@ -345,9 +348,7 @@ def _quiet_class(base: Any) -> Any:
     from PySpice.Spice.NgSpice.Shared import ffi
 
     class QuietShared(base):  # type: ignore[misc]
-        @staticmethod
-        def _send_stat(_message: Any, _ngspice_id: int, _user_data: Any) -> int:
-            return 0  # asked at every time point: PySpice's own decodes each message
+        _send_stat = None  # of a run's progress, a thousand times
 
         @staticmethod
         def _send_char(message: Any, _ngspice_id: int, user_data: Any) -> int:
