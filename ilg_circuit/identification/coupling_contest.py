@@ -133,9 +133,9 @@ def _of_longest(strand: Strand, laws: Sequence[MotionLaw], progress: Progress) -
     """
     end = last = float(strand.t[-1])
     few = strand.like(_FEW)
-    for thinned in (few, strand.like(_FEW, "dynamic")):
-        if _describe(thinned, laws, last, progress):
-            whole = strand.like(beam=thinned.beam)
+    for beam in ("static", "dynamic"):
+        if _describe(few.like(beam=beam), laws, last, progress):
+            whole = strand.like(beam=beam)
             return whole, _all(whole, laws, last)
     while True:
         end /= WINDOW_RATIO

@@ -122,7 +122,10 @@ class Strand:
         """Return the same with another number of readings at ``most``, or on another ``beam``."""
         if (most or self.most, beam or self.beam) == (self.most, self.beam):
             return self
-        return Strand(self.data, self.rest, self.actuator, self.ratio, most or self.most, beam or self.beam)
+        other = Strand(self.data, self.rest, self.actuator, self.ratio, most or self.most, beam or self.beam)
+        if other.most == self.most and EC31.name in self._searches:  # which does not know of the beam
+            other._searches[EC31.name] = self._searches[EC31.name]
+        return other
 
     def waves(self, law: MotionLaw) -> Waves:
         """Return the waves of what a law follows."""

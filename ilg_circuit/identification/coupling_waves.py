@@ -70,23 +70,26 @@ class Source:
         return cls(poles[felt], amounts[felt], direct)
 
     @_GROWING
-    def through(self, poles: NDArray[Any], drive: PiecewiseLinear, t: Array) -> NDArray[Any]:
-        """Return the source's answer to a ``drive`` through 1/(s - pole) (poles, samples), for ``poles`` [1/s] (n,)."""
-        count = len(self.poles)
-        if count:
-            close = np.abs(poles[:, None] - self.poles).min(axis=1) < _NEAR * np.abs(poles)
-            poles = np.where(close, poles * (1 + 2 * _NEAR), poles)
-        every = mode_waves(np.concatenate([self.poles, poles]), drive, t)
-        share = self.amounts / (self.poles - poles[:, None])
-        return (self.direct - share.sum(axis=1))[:, None] * every[count:] + share @ every[:count]
+    def own(self, drive: PiecewiseLinear, t: Array) -> NDArray[Any]:
+        """Return the waves (s, samples) of the modes under a ``drive``."""
+        return mode_waves(self.poles, drive, t)
 
     @_GROWING
-    def answer(self, drive: PiecewiseLinear, t: Array) -> Array:
-        """Return the displacement (samples,) without delay."""
-        found = self.direct * drive.value(t)
+    def through(self, poles: NDArray[Any], drive: PiecewiseLinear, t: Array, own: NDArray[Any]) -> NDArray[Any]:
+        """Return the source's answer to a ``drive`` through 1/(s - pole) (poles, samples), for ``poles`` [1/s] (n,).
+
+        ``own`` are the waves of its modes.
+        """
         if len(self.poles):
-            found = found + np.real(self.amounts @ mode_waves(self.poles, drive, t))
-        return np.asarray(found)
+            close = np.abs(poles[:, None] - self.poles).min(axis=1) < _NEAR * np.abs(poles)
+            poles = np.where(close, poles * (1 + 2 * _NEAR), poles)
+        share = self.amounts / (self.poles - poles[:, None])
+        return (self.direct - share.sum(axis=1))[:, None] * mode_waves(poles, drive, t) + share @ own
+
+    @_GROWING
+    def answer(self, drive: PiecewiseLinear, t: Array, own: NDArray[Any]) -> Array:
+        """Return the displacement (samples,) without delay; ``own`` are the waves of the modes."""
+        return np.asarray(self.direct * drive.value(t) + np.real(self.amounts @ own))
 
 
 class Waves:
@@ -110,11 +113,11 @@ class Waves:
     @cached_property
     def direct(self) -> Array:
         """The wave (samples,) without a relaxation."""
-        return self._whole(self.source.answer(self._drive, self._later)[None])[0]
+        return self._whole(self.source.answer(self._drive, self._later, self._own)[None])[0]
 
     def exact(self, times: Array) -> Array:
         """Return the waves (n, samples) of relaxations of ``times`` [s] (n,)."""
-        return self._whole(np.real(self.source.through(-1 / times, self._drive, self._later)) / times[:, None])
+        return self._whole(np.real(self._through(-1 / times)) / times[:, None])
 
     @cached_property
     def grid(self) -> Array:
@@ -144,8 +147,15 @@ class Waves:
 
     def second_order(self, damping: Array, frequency: Array) -> Array:
         """Return the waves (n, 2, samples) of wn^2/(s^2 + 2 zeta wn s + wn^2) and of s wn over the same."""
-        made = second_order_waves(damping, frequency, lambda p: self.source.through(p, self._drive, self._later))
+        made = second_order_waves(damping, frequency, self._through)
         return self._whole(made.reshape(-1, len(self._later))).reshape(*made.shape[:2], -1)
+
+    @cached_property
+    def _own(self) -> NDArray[Any]:
+        return self.source.own(self._drive, self._later)
+
+    def _through(self, poles: NDArray[Any]) -> NDArray[Any]:
+        return self.source.through(poles, self._drive, self._later, self._own)
 
     def _whole(self, later: Array) -> Array:
         """Return waves (n, samples) of all samples from those since the onset."""

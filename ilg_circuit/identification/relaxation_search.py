@@ -20,6 +20,8 @@ from .start import CouplingSearch, thinned
 _GRID, _FEWER, _EXPONENTS = 15, 9, (0.3, 0.5, 0.7, 0.85)
 #: Ratio of two time constants of one law, at least, and of those of two starts.
 _APART = 1.8
+#: Largest number of candidates that are looked through for starts.
+_MOST = 200
 
 
 class RelaxationSearch:
@@ -59,8 +61,9 @@ class RelaxationSearch:
 
     def signed(self, end: float, displacement: Array, nuisance: Array) -> MotionLaw:
         """Return the law with the signs of the best linear fit up to ``end`` [s]."""
-        order, amounts, axes = self._fits(end, displacement, nuisance)
-        return replace(self.law, signs=tuple(np.sign(axes[order[0]] * amounts[order[0]]).tolist()))
+        order, amounts = self._fits(end, displacement, nuisance)
+        best = int(order[0])
+        return replace(self.law, signs=tuple(np.sign(self._axis(best, amounts, end) * amounts[best]).tolist()))
 
     def start(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, float]:
         """Return values and the sign of the axis, as `CouplingSearch.start`."""
@@ -68,23 +71,29 @@ class RelaxationSearch:
 
     def starts(self, end: float, displacement: Array, nuisance: Array, count: int) -> list[tuple[Array, float]]:
         """Return the best ``count`` distinct starts of the law's signs. Raises InputError where there is none."""
-        order, amounts, axes = self._fits(end, displacement, nuisance)
+        order, amounts = self._fits(end, displacement, nuisance)
         found: list[tuple[Array, float]] = []
         shapes: list[Array] = []
         for k in order.tolist():
-            if self.law.signs and tuple(np.sign(axes[k] * amounts[k]).tolist()) != self.law.signs:
+            if any(np.abs(np.log(self._shapes[k] / shape)).max() <= np.log(_APART) for shape in shapes):
                 continue
-            if all(np.abs(np.log(self._shapes[k] / shape)).max() > np.log(_APART) for shape in shapes):
-                found.append((with_shape(self.law, np.abs(amounts[k]), self._shapes[k]), float(axes[k])))
-                shapes.append(self._shapes[k])
+            axis = self._axis(k, amounts, end)
+            if self.law.signs and tuple(np.sign(axis * amounts[k]).tolist()) != self.law.signs:
+                continue
+            found.append((with_shape(self.law, np.abs(amounts[k]), self._shapes[k]), axis))
+            shapes.append(self._shapes[k])
             if len(found) == count:
                 break
         if not found:
             raise InputError("the displacement does not follow the voltage as the coupling's signs say")
         return found
 
-    def _fits(self, end: float, displacement: Array, nuisance: Array) -> tuple[NDArray[np.intp], Array, Array]:
-        """Return the order of candidates, the best first, all gains (m, k) [m/V] and the signs (m,) of the axis."""
+    def _axis(self, candidate: int, amounts: Array, end: float) -> float:
+        """Return the sign of the axis of a candidate with its row of gains ``amounts`` (m, k) up to ``end`` [s]."""
+        return axis_of(amounts[candidate] @ self._waves[self._chosen[candidate]][:, self._t <= end])
+
+    def _fits(self, end: float, displacement: Array, nuisance: Array) -> tuple[NDArray[np.intp], Array]:
+        """Return the order of candidates, the best first and not all, and all gains (m, k) [m/V]."""
         part = self._t <= end
         data, extra, waves = displacement[self._keep][part], nuisance[self._keep][part], self._waves[:, part]
         # the rest and the drift are fitted along: what is left of all when they are taken out
@@ -104,10 +113,7 @@ class RelaxationSearch:
         if not usable.any():
             raise InputError("the displacement does not follow the voltage")
         order = np.argsort(np.where(usable, -explained, np.inf), kind="stable")[: int(usable.sum())]
-        axes = np.ones(len(amounts))
-        for k in order[:200].tolist():
-            axes[k] = axis_of(amounts[k] @ waves[self._chosen[k]])
-        return order[:200], amounts, axes
+        return order[:_MOST], amounts
 
 
 def axis_of(curve: Array) -> float:
