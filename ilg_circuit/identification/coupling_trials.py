@@ -33,6 +33,8 @@ _STARTS = 3
 _TOLERANCE, _EVALUATIONS = 1e-7, 400
 #: Step of a logarithm or logit for derivatives by differences.
 _STEP = 1e-5
+#: Damping above which d(s) is taken for two relaxations, whose waves are interpolated.
+_OVERDAMPED = 1.1
 #: Ratio of two time constants below which two relaxations are one.
 _DISTINCT = 1.5
 #: Largest change of a logarithm from its start.
@@ -292,6 +294,9 @@ def basis_of(law: MotionLaw, waves: Waves, x: Array, count: int) -> tuple[Array,
     """
     shape = shape_at(law, x)
     if law == EC31:
+        if shape[0] > _OVERDAMPED:
+            made, turned = waves.overdamped(*shape.tolist())
+            return made[:, :count], turned[:, :, :count]
         steps = np.exp(_STEP * np.array([[0, 0], [1, 0], [0, 1]]))
         made = waves.second_order(*(shape * steps).T)[..., :count]
         return made[0], (made[1:] - made[0]) / _STEP

@@ -27,6 +27,11 @@ from .motion_laws import MotionLaw
 
 #: Time constants of the grid, from so many sampling intervals to so many times the record, and so many a decade.
 _SHORTEST, _LONGEST, _A_DECADE = 0.03, 300.0, 16
+#: Times of the grid through which a wave is interpolated, and its weights for them by powers of the distance from their
+#: middle, in steps of the grid.
+_POINTS = 8
+_MIDDLE = (_POINTS - 1) / 2
+_WEIGHTS = np.linalg.inv(np.vander(np.arange(_POINTS) - _MIDDLE, increasing=True).T)
 #: Relative distance of a pole and a time constant below which the latter is moved.
 _NEAR = 1e-4
 #: Contribution of a mode, relative to the whole, below which it is left out.
@@ -127,14 +132,15 @@ class Waves:
     def relaxed(self, time: float) -> tuple[Array, Array]:
         """Return the wave (samples,) of one relaxation and its derivative by the logarithm of its ``time`` [s].
 
-        Both are interpolated in the grid, to about 1e-6 of the wave.
+        Both are interpolated between the times of the grid that are nearest, to about 1e-7 and 1e-6 of the wave.
         """
-        spline = self._spline
-        x = np.log(np.clip(time, self.times[0], self.times[-1]))
-        k = min(max(int(np.searchsorted(spline.x, x, side="right")) - 1, 0), len(spline.x) - 2)
-        cubic, square, line, constant = spline.c[:, k]
-        d = x - spline.x[k]
-        return ((cubic * d + square) * d + line) * d + constant, (3 * cubic * d + 2 * square) * d + line
+        step = np.log(self.times[1] / self.times[0])
+        x = float(np.log(np.clip(time, self.times[0], self.times[-1]) / self.times[0])) / step
+        k = min(max(int(x) - _POINTS // 2 + 1, 0), len(self.times) - _POINTS)
+        powers = (x - k - _MIDDLE) ** np.arange(_POINTS)
+        steeper = np.arange(_POINTS) * np.append(0.0, powers[:-1]) / step
+        near = self.grid[k : k + _POINTS]
+        return (_WEIGHTS @ powers) @ near, (_WEIGHTS @ steeper) @ near
 
     def fractional(self, time: float, exponent: float) -> Array:
         """Return the wave (samples,) of 1/(1 + (s tau)^a), by its density over relaxations."""
@@ -150,6 +156,21 @@ class Waves:
         made = second_order_waves(damping, frequency, self._through)
         return self._whole(made.reshape(-1, len(self._later))).reshape(*made.shape[:2], -1)
 
+    def overdamped(self, damping: float, frequency: float) -> tuple[Array, Array]:
+        """Return the waves (2, samples) of `second_order` for one damping above 1: differences of two relaxations.
+
+        And their derivatives (2, 2, samples) by the logarithms of damping and frequency.
+        """
+        root = np.sqrt(damping**2 - 1)
+        slow, fast = (damping + root) / frequency, (damping - root) / frequency
+        (a, of_a), (b, of_b) = self.relaxed(slow), self.relaxed(fast)
+        apart, mean = slow - fast, np.sqrt(slow * fast)
+        first, second = (slow * a - fast * b) / apart, mean * (b - a) / apart
+        by_slow = [slow * (a + of_a - first) / apart, second / 2 - (mean * of_a + slow * second) / apart]
+        by_fast = [-fast * (b + of_b - first) / apart, second / 2 + (mean * of_b + fast * second) / apart]
+        both = np.array([by_slow, by_fast])
+        return np.array([first, second]), np.array([damping / root * (both[0] - both[1]), -both.sum(axis=0)])
+
     @cached_property
     def _own(self) -> NDArray[Any]:
         return self.source.own(self._drive, self._later)
@@ -162,12 +183,6 @@ class Waves:
         found = np.zeros((len(later), self.samples))
         found[:, self._after] = later
         return found
-
-    @cached_property
-    def _spline(self) -> Any:
-        from scipy.interpolate import CubicSpline
-
-        return CubicSpline(np.log(self.times), self.grid)
 
 
 def displacements(law: MotionLaw, values: Array, waves: Waves) -> Array:
