@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.identification import Identification, identify
-from ilg_circuit.identification.current import currents
 from ilg_circuit.identification.modal import modal_currents, modal_voltages
 from ilg_circuit.identification.motion import Motion
+from ilg_circuit.identification.port_response import engine_currents
 from ilg_circuit.measurements.film import film_of
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.spectrum import Spectrum
@@ -159,7 +159,7 @@ def _columns(
     if port.linear:
         clean = clock.readings(volts.rest / port.steady_resistance, modal_currents([port], volts, clock.after)[0])
     else:
-        clean = clock.readings(0.0, currents([port], volts, clock.after, "ngspice")[0])
+        clean = clock.readings(0.0, engine_currents([port], volts, clock.after, "ngspice")[0])
     size = noise * float(np.abs(clean).max())
     measured = clean + size * (noise_of(random, len(clean), phi) + random.uniform(0.0, MOST_OFFSET))
     # the voltage's reading is taken with the current's: behind a jump it is the new level

@@ -132,7 +132,8 @@ class Waves:
     def relaxed(self, time: float) -> tuple[Array, Array]:
         """Return the wave (samples,) of one relaxation and its derivative by the logarithm of its ``time`` [s].
 
-        Both are interpolated between the times of the grid that are nearest, to about 1e-7 and 1e-6 of the wave.
+        Both are interpolated between the times of the grid that are nearest, to about 1e-7 and 1e-6 of the wave. Raises
+        SolveError where modes of the strip grow beyond all numbers.
         """
         step = np.log(self.times[1] / self.times[0])
         x = float(np.log(np.clip(time, self.times[0], self.times[-1]) / self.times[0])) / step
@@ -140,6 +141,8 @@ class Waves:
         powers = (x - k - _MIDDLE) ** np.arange(_POINTS)
         steeper = np.arange(_POINTS) * np.append(0.0, powers[:-1]) / step
         near = self.grid[k : k + _POINTS]
+        if not np.isfinite(near).all():
+            raise SolveError("the modes of the strip grow beyond all numbers")
         return (_WEIGHTS @ powers) @ near, (_WEIGHTS @ steeper) @ near
 
     def fractional(self, time: float, exponent: float) -> Array:
