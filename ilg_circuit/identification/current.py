@@ -42,6 +42,8 @@ _MOST_ROWS, _TRIAL_ROWS, _ONSET_ROWS = 4000, 2000, 400
 _ROUGH = 1e-5
 #: Error of an engine's transient, relative to the largest current, in a fit that only selects the best start.
 _ROUGH_ACCURACY = 1e-3
+#: Voltages of more than this share of the largest are of its size; those of less than the rest are next to zero.
+_ONE_SIZE = 0.95
 #: Largest number of evaluations of a nonlinear model's fit from where a search ended.
 _MOST_EVALUATIONS = 60
 
@@ -274,8 +276,15 @@ class CurrentData:
             )
 
     def holds(self, kind: ElectricalModel) -> bool:
-        # one step cannot distinguish a sinh electron path from a resistor
-        return not (kind.spectra_only or (kind.constant_voltage_hides and self.level is not None))
+        # one step, or a square wave, cannot distinguish a sinh electron path from a resistor
+        return not (kind.spectra_only or (kind.constant_voltage_hides and self._of_one_size))
+
+    @property
+    def _of_one_size(self) -> bool:
+        """True if the voltage is always of one size, of either sign, or next to zero."""
+        sizes = np.abs(np.append(self.drive.value(self.since[self.since >= 0]), self.drive.rest))
+        largest = float(sizes.max())
+        return bool(((sizes > _ONE_SIZE * largest) | (sizes < (1 - _ONE_SIZE) * largest)).all())
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)

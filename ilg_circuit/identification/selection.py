@@ -117,14 +117,17 @@ class _Contest:
             other = kind.linear or kind.plain != ions or all(a.contested for a in kind.additions) != contested
             if other or model in self.fits or (not contested and len(kind.additions) > 1):
                 continue
+            alone = self._data[0] if len(self._data) == 1 else None
             if not levels_differ(self._data):
-                if len(self._data) > 1:
+                if alone is None:
                     self._skip(model, "candidate-not-tried-voltages")
-            elif ions in self.fits and len(self._data) == 1 and not self.fits[ions].misfit > _LARGE:
+            elif alone is not None and not alone.holds(kind):
+                self._skip(model, "candidate-not-tried-sizes")
+            elif ions in self.fits and alone is not None and not self.fits[ions].misfit > _LARGE:
                 self._skip(model, "candidate-not-tried-alone", other=ions)
-            elif ions in self.fits and len(self._data) == 1 and not self._following(ions) > _FOLLOWING:
+            elif ions in self.fits and alone is not None and not self._following(ions) > _FOLLOWING:
                 self._skip(model, "candidate-not-tried-little", other=ions)
-            elif ions in self.fits and len(self._data) > 1 and not self._worse_together(ions):
+            elif ions in self.fits and alone is None and not self._worse_together(ions):
                 self._skip(model, "candidate-not-tried-gain", other=ions)
             else:
                 self.enter(model, always=not contested)  # laws of a charge that saturates leave much the same

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import ilg_circuit as ilg
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.findings import codes
 from ilg_circuit.identification.identification import Identification
@@ -42,6 +43,16 @@ def identified(
     }
     columns = {"displacement_m": displacement} if moved else {}
     return ilg.identify(record | columns, "paper", onset=REST, **how)
+
+
+@pytest.mark.parametrize(("low", "tried"), [(-2.0, False), (0.0, False), (1.0, True)])
+def test_no_sinh_path_is_tried_where_the_voltage_is_of_one_size(low: float, tried: bool) -> None:
+    """There it is a resistor: Vt and Rdc are not determined together."""
+    square = PiecewiseLinear.square(low, 2.0, 40.0, 120.0)
+    rows = {c.model: c for c in identified(every_model.strip_of("rc+growing"), square).candidates}
+    assert rows["rc+growing"].chosen
+    assert (rows["rc+sinh"].status != "not tried") is tried
+    assert tried or rows["rc+sinh"].verdict == "not tried: it needs voltages of several sizes, and these are of one"
 
 
 @pytest.mark.parametrize(
