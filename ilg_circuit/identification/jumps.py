@@ -22,6 +22,7 @@ from ..fit.observation import Observation
 from ..fit.problem import Problem
 from ..fit.result import FitResult
 from ..measurements.voltage import MeasuredDrive
+from .port_model import BRACKET
 
 #: Most jumps whose places are fitted, and most readings times jumps.
 _MOST_JUMPS, _LARGE = 200, 20_000_000
@@ -117,9 +118,12 @@ def _distances(data: Jumping) -> Array:
 
 
 def at_distances(data: Data, distances: Array) -> Data:
-    """Return the data with onset and later jumps at ``distances`` [s] (j + 1,) from the middles."""
+    """Return the data with onset and later jumps at ``distances`` [s] (j + 1,) from the middles.
+
+    The onset stays within its interval, beyond which rounding may lead.
+    """
     width = data.onset_width
-    share = float(distances[0]) / width if width else data.share
+    share = float(np.clip(distances[0] / width, *BRACKET)) if width else data.share
     return data.at_share(share).at_places(distances[1:] - share * data.measured.widths[1:])
 
 

@@ -22,7 +22,7 @@ from ilg_circuit.findings import codes
 from ilg_circuit.identification import identify
 from ilg_circuit.identification.comparison import compare
 from ilg_circuit.identification.current import CurrentData
-from ilg_circuit.identification.jumps import placed_as
+from ilg_circuit.identification.jumps import at_distances, placed_as
 from ilg_circuit.measurements.onset import Stated
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
@@ -70,6 +70,16 @@ def truth(strip: Actuator) -> dict[str, float]:
         "dynamic_resistance": port.dynamic_resistance,
         "capacitance": port.capacitance,
     }
+
+
+def test_an_onset_at_the_end_of_its_interval_stays_in_it() -> None:
+    """Rounding led beyond it, where a voltage that is no level has its first reading: no record could be made of it."""
+    drive = PiecewiseLinear([0.0, 30.0, 30.0, DURATION], [1.0, 2.0, 0.5, 0.5])
+    data = CurrentData(measured(drive, 0, None), "exact", "ramp")
+    ends = np.append(data.onset_width, data.measured.widths[1:]) / 2
+    moved = at_distances(data, ends * (1 + 1e-10))
+    assert moved.share == 0.5
+    assert moved.drive.times[0] == 0.0
 
 
 @pytest.mark.parametrize("drive", [square, stairs])
