@@ -20,9 +20,9 @@ from ..strip.models import candidates, electrical_model, model_names
 from .current import CurrentData
 from .impedance import ImpedanceData
 from .jump_start import placing_models
-from .jumps import placed_as
+from .jumps import placed_as, unknown
 from .lack_of_fit import Lack
-from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
+from .port_fit import NEGLIGIBLE, SIMPLEST, PortFit, fit_port, levels_differ
 from .port_model import BY_TIME, PortData
 
 #: Model that is tried even if a simpler model's residuals are only noise, to check that one pole is enough.
@@ -177,20 +177,19 @@ class _Contest:
         return self.fits[model].beyond_individual(self.samples) >= EVIDENCE
 
     def _fitted(self, model: str) -> PortFit:
-        """Return the fit of a model, if that fails the one with the jumps where a simpler model's fit has them."""
+        """Return the fit of a model that begins with the jumps where a simpler model's fit has them.
+
+        If that is of one relaxation and fails, it begins with the jumps where the current alone places them.
+        """
         how = (model, self._held, self._per_record, self._progress)
-        begun = [d.roughly_placed() if isinstance(d, CurrentData) else d for d in self._data]
-        try:
-            return fit_port(begun, *how)
-        except SolveError:
-            simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
-            if simpler is None or all(b is d for b, d in zip(begun, self._data, strict=True)):
-                raise
-        pairs = zip(self._data, simpler.data, strict=True)
-        return fit_port(
-            [placed_as(d, s) if isinstance(d, CurrentData) and isinstance(s, CurrentData) else d for d, s in pairs],
-            *how,
-        )
+        simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
+        if simpler is not None and any(map(_unplaced, self._data)):
+            try:
+                return fit_port(list(map(_placed_as, self._data, simpler.data)), *how)
+            except SolveError:
+                if simpler.kind.name != SIMPLEST:
+                    raise
+        return fit_port([d.roughly_placed() if isinstance(d, CurrentData) else d for d in self._data], *how)
 
     def _skip(self, model: str, code: str, **values: str) -> None:
         self.failures[model] = ("not tried", Finding(code, values=values))
@@ -301,6 +300,18 @@ class _Contest:
 
 
 _CHOSEN = Finding("candidate-chosen")
+
+
+def _unplaced(data: PortData) -> bool:
+    """Return True for a record whose later jumps are in unknown places."""
+    return isinstance(data, CurrentData) and unknown(data)
+
+
+def _placed_as(data: PortData, other: PortData) -> PortData:
+    """Return data with unknown jumps where ``other`` data of the same file have them."""
+    if isinstance(data, CurrentData) and isinstance(other, CurrentData) and unknown(data):
+        return placed_as(data, other)
+    return data
 
 
 def _parameters(model: str) -> int:
