@@ -135,10 +135,9 @@ class Motion:
     def _simplest(self) -> Actuator:
         """The strip without the parts of its circuit that do not affect the displacement."""
         full = lumped_port(self.actuator)
-        # straight across the source no circuit matters, and a linear one in place of a nonlinear has a closed form
-        apart = self.beam == "static" or not full.linear
-        if not apart or full.electrode_resistance or self.law.follows_charge:
+        if full.electrode_resistance or self.law.follows_charge:
             return self.actuator
+        # straight across the source no circuit matters: a linear one has a closed form, a small one costs least
         port = Port(full.dc_resistance, ((full.dynamic_resistance, full.capacitance),))
         return Actuator.from_port(self.actuator.geometry, port, base=self.actuator.material)
 
