@@ -22,6 +22,8 @@ from .result import FitResult
 _FIRST, _CLOSER, _LOOKS = 5, 9, 6
 #: Number of refinements for a starting value only.
 _ROUGH_LOOKS = 2
+#: Number of parabolas through the places about the least deviance.
+_PARABOLAS = 5
 #: Difference of deviances below which places are equally likely.
 _FLAT = 0.3
 #: Square of the normal quantile of 95 %: a place of a larger deviance is not admitted. Of two models of as many
@@ -221,6 +223,36 @@ def likeliest(found: FitResult, at: Callable[[float], Problem], bounds: tuple[fl
     """
     middle = profile_bounded(found, at, bounds, (0,), looks=_ROUGH_LOOKS).middle
     return middle if abs(middle) > _CLOSE * (bounds[1] - bounds[0]) else 0.0
+
+
+def likeliest_place(
+    found: FitResult, at: Callable[[float], Problem], bounds: tuple[float, float], *, start: float = 0.0
+) -> tuple[float, Array]:
+    """Return the most likely value of a quantity of one observation, and the coordinates (n,) of the fit there.
+
+    Its deviance is taken for a parabola near the least one of a few places; arguments as in `profile_bounded`.
+    """
+    trial, close = _Trial(found, at, (0,)), _CLOSE * (bounds[1] - bounds[0])
+    for x in (start, *np.linspace(*bounds, _FIRST).tolist()):
+        trial.at(x)
+    for _ in range(_PARABOLAS):
+        places, deviance, _ = trial.table
+        if len(places) < 3 or float(deviance.max()) < _FLAT:
+            break
+        best = int(np.argmin(deviance))
+        k = min(max(best, 1), len(places) - 2)
+        origin = float(places[best])
+        near = places[k - 1 : k + 2] - origin
+        bent, slope, _ = np.polyfit(near, deviance[k - 1 : k + 2], 2).tolist()
+        step = float(np.clip(-slope / (2 * bent), near.min(), near.max())) if bent > 0 else 0.0
+        if abs(step) < close and best != k:  # at an end, within which it may lie all the same
+            step = float(near[1]) / 2
+        if abs(step) < close:
+            break
+        trial.at(origin + step)
+    places, deviance, coordinates = trial.table
+    best = int(np.argmin(deviance))
+    return float(places[best]), coordinates[best]
 
 
 def matters(profile: BoundedProfile, errors: Array, share: float = 0.2) -> Mask:

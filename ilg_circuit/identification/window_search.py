@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..findings import Finding
-from ..fit.bounded import profile_bounded
+from ..fit.bounded import likeliest_place
 from ..fit.criteria import effective_samples, information_criterion, share_explained
 from ..fit.fitting import fit, with_starts
 from ..fit.multistart import StartSummary
@@ -330,10 +330,9 @@ def _at_its_onset(found: Attempt) -> FitResult:
     def at(share: float) -> Problem:
         return Problem((data.at_share(share).observation(motion),), motion.law.parameters)
 
-    profile = profile_bounded(found.fit, at, BRACKET, (0,), start=data.share)
-    best = int(np.argmin(profile.deviance))
-    problem = at(float(profile.places[best]))
+    place, coordinates = likeliest_place(found.fit, at, BRACKET, start=data.share)
+    problem = at(place)
     try:
-        return fit(problem, problem.scales.values(profile.coordinates[best]), tolerance=TRIAL)
+        return fit(problem, problem.scales.values(coordinates), tolerance=TRIAL)
     except SolveError:
         return found.fit

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from ilg_circuit.fit.bounded import BoundedProfile, likeliest, matters, profile_bounded
+from ilg_circuit.fit.bounded import BoundedProfile, likeliest, likeliest_place, matters, profile_bounded
 from ilg_circuit.fit.fitting import fit
 from ilg_circuit.fit.observation import observation
 from ilg_circuit.fit.parameter import Parameter
@@ -162,3 +162,26 @@ def test_a_place_at_its_bound_costs_no_coverage(slope: float, place: float, widt
         held += estimate - below[0] <= 0 <= estimate + above[0]
     # 0.938 at the bound with the normal quantile; four thousand draws tell 0.0035
     assert held / len(draws) > 0.942
+
+
+@pytest.mark.parametrize("shift", [-0.4, -0.11, 0.0, 0.23, 0.39])
+def test_the_likeliest_place_is_that_of_a_fine_profile(shift: float) -> None:
+    data = sets(shift, told=True, count=1)[0]
+    found = fit(problem(data, 0.0, told=True), np.array([2.0, 3.0]))
+    place, coordinates = likeliest_place(found, lambda s: problem(data, s, told=True), (-0.4, 0.4))
+    fine = np.linspace(-0.4, 0.4, 1601)
+    squares = [fit(problem(data, s, told=True), np.array([2.0, 3.0])).sum_of_squares for s in fine[::40].tolist()]
+    near = fine[np.abs(fine - fine[::40][int(np.argmin(squares))]) <= 0.02]
+    fits = [fit(problem(data, s, told=True), np.array([2.0, 3.0])) for s in near.tolist()]
+    best = min(range(len(fits)), key=lambda k: fits[k].sum_of_squares)
+    assert place == pytest.approx(near[best], abs=1e-3)
+    assert coordinates == pytest.approx(fits[best].coordinates, abs=1e-3)
+
+
+def test_any_place_is_the_likeliest_of_what_the_data_do_not_tell() -> None:
+    data = sets(0.3, told=False, count=1)[0]
+    found = fit(problem(data, 0.0, told=False), np.array([2.0, 3.0]))
+    place, coordinates = likeliest_place(found, lambda s: problem(data, s, told=False), (-0.4, 0.4))
+    assert -0.4 <= place <= 0.4
+    left = problem(data, place, told=False).sum_of_squares(coordinates[None])
+    assert left == pytest.approx(found.sum_of_squares, rel=1e-6)
