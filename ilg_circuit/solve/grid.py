@@ -208,7 +208,7 @@ def design_grid(
     valid = np.flatnonzero(ends > starts)
     longest = float((ends - starts).max(initial=0.0))
     profile = _profile(poles, drive.angular_frequency(), longest, theta)
-    bend = np.inf if linear or drive.angular_frequency() else _bend(drive, begins, end)
+    bend = np.inf if drive.angular_frequency() else _bend(drive, begins, end)
     after_kink = profile if bend == np.inf else _profile(poles, 0.0, longest, theta, bend)
     smallest = max(_FIRST_STEP / fastest, _LEAST_STEP * end)
     pieces: list[Array] = []

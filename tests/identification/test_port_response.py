@@ -46,6 +46,16 @@ def test_currents_are_the_engines(model: str, electrodes: float) -> None:
     assert slopes[1].shape == (len(T), len(values))
 
 
+@pytest.mark.parametrize("model", ["rc+sinh", "rc2+sinh", "warburg+sinh"])
+def test_an_electron_path_solved_by_itself_takes_its_share_of_the_whole(model: str) -> None:
+    """Straight across the voltage it knows nothing of the ions: the whole circuit in one run gives the same current."""
+    values = np.array(values_of(model))
+    ports = [electrical_model(model).port((f * values).tolist(), 0.0, LADDERS) for f in (1.0, 1.3)]
+    parted = engine_currents(ports, DRIVE, T, "ngspice", 1e-7)
+    whole = transient([port_netlist(port, rest=DRIVE.rest) for port in ports], DRIVE, T, accuracy=1e-7)
+    np.testing.assert_allclose(parted, whole.values[:, 0], rtol=0, atol=4e-7 * np.abs(parted).max())
+
+
 @pytest.mark.parametrize("model", ["rc+growing", "rc2+growing+sinh"])
 def test_voltages_are_the_engines(model: str) -> None:
     port = port_of(model, 5.0)

@@ -91,6 +91,15 @@ def test_a_finer_grid_has_more_nodes(theta: float) -> None:
     assert fine > 1.6 * coarse
 
 
+def test_small_corners_need_fewer_nodes_than_large_ones() -> None:
+    """A fast mode is excited by the change of slope over its rate."""
+    poles = -np.geomspace(1e-2, 1e4, 25).astype(complex)
+    t = np.linspace(0.0, 100.0, 401)
+    sine, zigzag = np.sin(2 * np.pi * t / 20), (-1.0) ** np.arange(401)
+    few, many = (len(design_grid(poles, PiecewiseLinear(t, u), t, 0.3).nodes) for u in (sine, zigzag))
+    assert few < 0.8 * many
+
+
 def test_a_circuit_without_poles_still_has_a_grid() -> None:
     none = np.empty(0, dtype=complex)
     grid = design_grid(none, parse_drive("step:1V", 5.0), np.linspace(0, 5, 11), 0.3)

@@ -11,6 +11,7 @@ import analytic
 import numpy as np
 import pytest
 from engines import AGREEMENT, DRIVES, assert_engines_agree, geometry, material
+from every_model import port_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from strategies import log_floats
 from strategies import strips as random_strips
 
 from ilg_circuit.circuit import Load, electrical_netlist, strip_netlist
+from ilg_circuit.circuit.strip import port_netlist
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.simulation import closed_forms as formulas
@@ -201,6 +203,19 @@ def test_a_measured_drive_of_a_thousand_points(noise: float) -> None:
     random = np.random.default_rng(1)
     drive = PiecewiseLinear(np.arange(1000) * 0.1, 1.0 + noise * random.standard_normal(1000))
     assert_engines_agree(strip_netlist(PAPER), drive, np.arange(0, 100, 0.25))
+
+
+@pytest.mark.parametrize("accuracy", [1e-5, 1e-6, 1e-7])
+@pytest.mark.parametrize("model", ["rc3", "warburg"])
+def test_diffusion_under_a_sampled_sine_is_as_accurate_as_asked_for(model: str, accuracy: float) -> None:
+    """Its corners excite the fast modes of a ladder little, and are given few nodes."""
+    knots = np.linspace(0.0, 120.0, 301)
+    drive = PiecewiseLinear(knots, 3 * np.sin(2 * np.pi * knots / 23))
+    t = np.random.default_rng(0).uniform(0.0, 120.0, 200)
+    t.sort()
+    run = transient([port_netlist(port_of(model, 0.0))], drive, t, accuracy=accuracy)
+    exact = transient([port_netlist(port_of(model, 0.0))], drive, t, engine="exact").output("current")
+    assert np.abs(run.output("current") - exact).max() <= accuracy * np.abs(exact).max()
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
