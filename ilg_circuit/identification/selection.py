@@ -179,7 +179,7 @@ class _Contest:
     def _fitted(self, model: str) -> PortFit:
         """Return the fit of a model that begins with the jumps where a simpler model's fit has them.
 
-        If that is of one relaxation and fails, it begins with the jumps where the current alone places them.
+        If that is of one relaxation and a linear fit fails, it begins with the jumps where the current alone places them.
         """
         how = (model, self._held, self._per_record, self._progress)
         simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
@@ -187,7 +187,7 @@ class _Contest:
             try:
                 return fit_port(list(map(_placed_as, self._data, simpler.data)), *how)
             except SolveError:
-                if simpler.kind.name != SIMPLEST:
+                if simpler.kind.name != SIMPLEST or not electrical_model(model).linear:
                     raise
         return fit_port([d.roughly_placed() if isinstance(d, CurrentData) else d for d in self._data], *how)
 
