@@ -179,7 +179,7 @@ class _Contest:
     def _fitted(self, model: str) -> PortFit:
         """Return the fit of a model that begins with the jumps where a simpler model's fit has them.
 
-        If that is of one relaxation and a linear fit fails, it begins with the jumps where the current alone places them.
+        If that is of one relaxation and a linear fit fails, it begins with those where the current alone places them.
         """
         how = (model, self._held, self._per_record, self._progress)
         simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
