@@ -30,9 +30,9 @@ class Candidate:
 
     ``parameters`` is the number of fitted parameters; ``rmse`` [unit of the data] is given for a single observation,
     ``relative_rms`` the same over its size, ``misfit`` the geometric mean of all observations' relative rms. ``bic`` is
-    on ``independent`` samples, the same for all candidates; ``against`` is the reason why the model should not be
-    chosen, or could not be fitted; ``reason`` is the outcome as code and numbers, ``verdict`` in words. ``status`` is
-    "fitted", "failed" or "not tried".
+    on ``independent`` samples, the same for all candidates; ``identifiability`` has open profiles only where they
+    decide. ``against`` is the reason why the model should not be chosen, or could not be fitted; ``reason`` is the
+    outcome as code and numbers, ``verdict`` in words. ``status`` is "fitted", "failed" or "not tried".
     """
 
     model: str
