@@ -7,7 +7,8 @@ from ..strip.charge_laws import CHARGE_LAWS, ChargeLaw
 from ..strip.port import Port
 from .netlist import GROUND, Element, Output, Role
 
-_DRIVE = Element("Vdrive", ("drive", GROUND), 0.0, role=Role.SOURCE)
+#: The source of voltage that drives a port.
+DRIVE = Element("Vdrive", ("drive", GROUND), 0.0, role=Role.SOURCE)
 #: A source of current into node drive: 1 A per volt of node set, which the drive sets.
 _BY_CURRENT = (
     Element("Vdrive", ("set", GROUND), 0.0, role=Role.SOURCE),
@@ -16,7 +17,7 @@ _BY_CURRENT = (
 
 
 def port_elements(
-    port: Port, end: str, source: Element | None = _DRIVE, inner: float = 0.0
+    port: Port, end: str, source: Element | None = DRIVE, inner: float = 0.0
 ) -> tuple[list[Element], list[Output]]:
     """Return a voltage source (or none), the leads, the electron path and the ion path from the port's node to ``end``.
 

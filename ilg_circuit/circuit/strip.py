@@ -26,7 +26,7 @@ from ..strip.port import Port
 from .coupling import BACK, Transducer
 from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load, tip_elements
 from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
-from .port import driven_port, electron_path, port_elements, port_node
+from .port import DRIVE, driven_port, electron_path, port_elements, port_node
 from .relaxing import transducer
 from .sensing import sensing_elements
 
@@ -58,10 +58,8 @@ def port_netlist(
 
 def electron_netlist(port: Port, title: str = "ILG strip, electron path", rest: float = 0.0) -> Netlist:
     """Return the electron path of a port alone, straight across the source; output: its current [A]."""
-    node = "drive"
-    source = Element("Vdrive", (node, GROUND), 0.0, role=Role.SOURCE)
-    current = Output("current", "A", (("i(Vdrive)", -1.0),))
-    return Netlist(title, (source, electron_path(port, node, GROUND)), (current,), rest=rest)
+    current = Output("current", "A", ((f"i({DRIVE.name})", -1.0),))
+    return Netlist(title, (DRIVE, electron_path(port, *DRIVE.nodes)), (current,), rest=rest)
 
 
 def strip_netlist(
