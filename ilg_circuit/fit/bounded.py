@@ -287,7 +287,7 @@ class _Tangent:
 
 
 class _Trial:
-    """Fits of one problem with a quantity at successive places, each started from the nearest earlier one."""
+    """Fits of one problem with a quantity at successive places, each started from the nearest earlier ones."""
 
     def __init__(self, found: FitResult, at: Callable[[float], Problem], moved: Sequence[int]) -> None:
         self._found, self._at = found, at
@@ -302,15 +302,23 @@ class _Trial:
     def at(self, place: float) -> None:
         if any(abs(place - other) < 1e-12 * max(abs(place), 1e-300) for other in self._places):
             return
-        near = min(self._places, key=lambda other: abs(other - place), default=None)
-        start = self._found.coordinates if near is None else self._places[near][1]
         try:
-            x, residuals = self._fitted(self._at(place), start)
+            x, residuals = self._fitted(self._at(place), self._begin(place))
         except IlgError:
             return  # no place at which this model can be fitted
         squares = [float(residuals[part] @ residuals[part]) for part in self._parts]
         pairs = zip(squares, self._variances, self._shares, strict=True)
         self._places[place] = (sum(s / v * share for s, v, share in pairs), x)
+
+    def _begin(self, place: float) -> Array:
+        """Return the coordinates (n,) at the nearest earlier place, or on a line through two that are far apart."""
+        near = sorted(self._places, key=lambda other: abs(other - place))[:2]
+        if not near:
+            return self._found.coordinates
+        first, last = self._places[near[0]][1], self._places[near[-1]][1]
+        if abs(place - near[0]) > abs(near[-1] - near[0]):
+            return first
+        return first + (place - near[0]) / (near[-1] - near[0]) * (last - first)
 
     def _fitted(self, problem: Problem, start: Array) -> tuple[Array, Array]:
         """Return coordinates (n,) and residuals of the fit, by Gauss-Newton steps with the slopes of the first fit.

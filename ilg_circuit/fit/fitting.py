@@ -66,16 +66,18 @@ def fit(
     return _fit_connected(problem, start, progress, tolerance, most)
 
 
-def fit_near(problem: Problem, start: Array, progress: Progress = None, most: int | None = None) -> FitResult:
+def fit_near(
+    problem: Problem, start: Array, progress: Progress = None, most: int | None = None, offset: float = _NEAR_OFFSET
+) -> FitResult:
     """Return the fit of ``problem`` from values ``start`` (n,) near its minimum, by few Gauss-Newton steps.
 
     Where residuals are more than noise, each step leaves a constant part of the distance to go: the steps are
     accelerated by Anderson's method (J. ACM 12, 547, 1965) of depth 1. They need less memory than a descent, which is
     used if they do not converge, or lead upwards: that method is drawn to maxima, too. ``most`` is the number of its
-    evaluations, as of `fit`. Raises SolveError as that.
+    evaluations, as of `fit`. The steps end at a relative ``offset``. Raises SolveError as that.
     """
     if len(problem.components()) > 1:
-        return _each(problem, start, lambda part, begin: fit_near(part, begin, progress, most))
+        return _each(problem, start, lambda part, begin: fit_near(part, begin, progress, most, offset))
     evaluate, n = Evaluation(problem, progress), len(problem.labels)
     x = np.concatenate([problem.scales.coordinates(start), np.zeros(problem.nuisance.shape[1])])
     before: tuple[Array, Array] | None = None
@@ -84,14 +86,14 @@ def fit_near(problem: Problem, start: Array, progress: Progress = None, most: in
         prediction, slopes = evaluate(x[:n])
         whole = np.column_stack([slopes, problem.nuisance])
         residuals = problem.data - prediction - problem.nuisance @ x[n:]
-        step, offset, condition = gauss_newton(whole, -residuals)
+        step, distance, condition = gauss_newton(whole, -residuals)
         left = problem.projected(residuals)
         squares = float(left @ left)
         if not (condition < _CONDITION and squares <= least * (1 + _UPWARDS)):
             break
         least = min(least, squares)
-        if offset < _NEAR_OFFSET:
-            return finished(problem, x[:n], x[n:], residuals, whole, offset=offset, evaluations=evaluate.count)
+        if distance < offset:
+            return finished(problem, x[:n], x[n:], residuals, whole, offset=distance, evaluations=evaluate.count)
         gained = step
         if before is not None:
             moved, change = x - before[0], step - before[1]

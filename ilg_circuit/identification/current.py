@@ -329,8 +329,8 @@ class CurrentData:
 
     def _with_jumps(self, found: IndividualFit, progress: Progress) -> IndividualFit:
         """Return the fit with the drive's later jumps where the current places them."""
-        refit, files = partial(fit_near, progress=progress), [((self,), (0,))]
-        placing, ((moved, _),), _ = placed(found.fit, files, lambda _, d: d.observation(found.model), refit)
+        files = [((self,), (0,))]
+        placing, ((moved, _),), _ = placed(found.fit, files, lambda _, d: d.observation(found.model), progress=progress)
         return IndividualFit(moved[0], found.model, placing)
 
     def roughly_placed(self) -> Self:

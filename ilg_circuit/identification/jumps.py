@@ -17,9 +17,9 @@ import numpy as np
 from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
-from ..fit.fitting import with_starts
+from ..fit.fitting import fit_near, with_starts
 from ..fit.observation import Observation
-from ..fit.problem import Problem
+from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..measurements.voltage import MeasuredDrive
 from .port_model import BRACKET
@@ -36,6 +36,8 @@ _FELT = 0.1
 #: Most rounds of places and parameters, and the step that ends them: its length in the standard deviations that remain,
 #: of parameters and places together.
 _ROUNDS, _SETTLED = 10, 0.05
+#: Relative offset that ends fits between steps, and the most that a step draws the logarithm of a parameter along.
+_ROUGH, _DRAWN = 1e-2, 0.3
 #: Signs of moves of neighbouring jumps, by rows orthogonal.
 _SIGNS = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
 #: Singular values below which columns are alike, and least standard deviation of residuals, relative to the largest.
@@ -76,8 +78,6 @@ File = tuple[Sequence[Data], Sequence[int]]
 Observe = Callable[[int, Data], Observation]
 #: Drive and times [s] (n,) since its onset -> responses (n,) by name.
 Predict = Callable[[PiecewiseLinear, Array], dict[str, Array]]
-#: Problem and values (n,) near its minimum -> its fit.
-Refit = Callable[[Problem, Array], FitResult]
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,16 +151,29 @@ def _count(data: Jumping) -> int:
 
 
 def placed(
-    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], refit: Refit, telling: Mask | None = None
+    found: FitResult,
+    files: Sequence[File[Data]],
+    observe: Observe[Data],
+    telling: Mask | None = None,
+    progress: Progress = None,
 ) -> tuple[FitResult, tuple[File[Data], ...], Array]:
     """Return the fit with the jumps of ``files`` where their readings place them, the files, and what is unknown.
 
     Onsets are among the jumps. Places of all files are fitted together, since each depends on the others' through the
-    parameters. ``refit`` fits the parameters again after the jumps have moved; where it fails the jumps stay.
-    ``telling`` (samples,) are the samples that place them, by default all: residuals that are no noise do not. The last
-    are the changes of the prediction over the sigmas (samples, j) by independent quantities of unit variance, near the
-    final places.
+    parameters, which are fitted again after every step; where that fails the jumps stay. ``telling`` (samples,) are the
+    samples that place them, by default all: residuals that are no noise do not. The last are the changes of the
+    prediction over the sigmas (samples, j) by independent quantities of unit variance, near the final places.
     """
+    near, there, left = _descended(found, files, observe, telling, progress)
+    if near is found:
+        return found, tuple(files), left
+    return with_starts(fit_near(near.problem, near.values, progress), found.starts), there, left
+
+
+def _descended(
+    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], telling: Mask | None, progress: Progress
+) -> tuple[FitResult, tuple[File[Data], ...], Array]:
+    """Return the same as `placed`, with a fit that is rough if it is another one than ``found``."""
     deviation = np.concatenate([_widths(data[0]) / np.sqrt(12) for data, _ in files])
     places = np.concatenate([_distances(data[0]) for data, _ in files])
     unit = np.where(deviation > 0, deviation, 1.0)
@@ -178,15 +191,16 @@ def placed(
         step, spread, weights = _step(found, columns, places / unit, ends, telling)
         if last or float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED:
             break
-        least = _squares(found, weights, places / unit)
+        least, drawn = _squares(found, weights, places / unit), -found.projection @ (columns @ step) / found.units
         for part in _PARTS:
             there = _moved(files, places + part * step * unit)
+            start = found.problem.scales.values(found.coordinates + np.clip(part * drawn, -_DRAWN, _DRAWN))
             try:
-                again = refit(_observed(found.problem, there, observe), found.values)
+                again = fit_near(_observed(found.problem, there, observe), start, progress, offset=_ROUGH)
             except SolveError:
                 return found, tuple(files), columns @ spread
             if _squares(again, weights, places / unit + part * step) < least:
-                found, files, places = with_starts(again, found.starts), there, places + part * step * unit
+                found, files, places = again, there, places + part * step * unit
                 since += part * float(np.abs(step).max())
                 break
         else:

@@ -258,7 +258,7 @@ def _placed(
     def observed(k: int, d: CurrentData | DisplacementData) -> Observation:
         return observe(d, sigmas[k])
 
-    place = partial(placed, found, files, observed, partial(fit_near, progress=progress))
+    place = partial(placed, found, files, observed, progress=progress)
     again, there, left = place()
     # residuals that are no noise yet may be so once the jumps are placed; if not, they place none
     telling = np.ones(len(found.residuals), dtype=bool)

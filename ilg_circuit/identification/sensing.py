@@ -293,7 +293,7 @@ def _with_jumps(
     moved, errors, profiles = list(every), [], []
     files = [((data,), (k,)) for k, data in enumerate(every) if unknown(data)]
     if files:
-        found, there, left = placed(found, files, observe, fit_near)
+        found, there, left = placed(found, files, observe)
         for of_file, members in there:
             moved[members[0]] = of_file[0]
         errors.append(errors_of(found, left))
