@@ -56,6 +56,7 @@ class CurrentData:
     rows of the record's current that are not fitted, such as outliers; ``only`` are the rows of a trial fit, None for
     all. Readings later than ``until`` [s] after the onset are not fitted. ``accuracy`` is an engine's in a transient,
     relative to the largest value. ``places`` [s] are those of the drive's later jumps, see `MeasuredDrive`.
+    ``rival`` [A] is the rms of residuals of another model, beside which a fit's jumps need no places if it is worse.
     """
 
     record: Record
@@ -67,6 +68,7 @@ class CurrentData:
     until: float = math.inf
     accuracy: float = ACCURACY
     places: tuple[float, ...] = ()
+    rival: float = math.inf
 
     quantity = "current"
     unit = "A"
@@ -330,8 +332,9 @@ class CurrentData:
     def _with_jumps(self, found: IndividualFit, progress: Progress) -> IndividualFit:
         """Return the fit with the drive's later jumps where the current places them."""
         files = [((self,), (0,))]
-        placing, ((moved, _),), _ = placed(found.fit, files, lambda _, d: d.observation(found.model), progress=progress)
-        return IndividualFit(moved[0], found.model, placing)
+        how = {"progress": progress, "rival": self.rival}
+        placing, ((moved, _),), _ = placed(found.fit, files, lambda _, d: d.observation(found.model), **how)
+        return IndividualFit(replace(moved[0], rival=math.inf), found.model, placing)
 
     def roughly_placed(self) -> Self:
         """Return the data with the drive's jumps where the current places them if one relaxation is taken for it."""

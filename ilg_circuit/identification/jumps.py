@@ -38,6 +38,10 @@ _FELT = 0.1
 _ROUNDS, _SETTLED = 10, 0.05
 #: Relative offset that ends fits between steps, and the most that a step draws the logarithm of a parameter along.
 _ROUGH, _DRAWN = 1e-2, 0.3
+#: Move of a place that tells no derivative, in standard deviations.
+_SAME_PLACE = 1e-4
+#: Factor by which residuals must exceed another model's for places to be of no interest.
+_HOPELESS = 1.2
 #: Signs of moves of neighbouring jumps, by rows orthogonal.
 _SIGNS = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
 #: Singular values below which columns are alike, and least standard deviation of residuals, relative to the largest.
@@ -156,22 +160,30 @@ def placed(
     observe: Observe[Data],
     telling: Mask | None = None,
     progress: Progress = None,
+    rival: float = np.inf,
 ) -> tuple[FitResult, tuple[File[Data], ...], Array]:
     """Return the fit with the jumps of ``files`` where their readings place them, the files, and what is unknown.
 
     Onsets are among the jumps. Places of all files are fitted together, since each depends on the others' through the
     parameters, which are fitted again after every step; where that fails the jumps stay. ``telling`` (samples,) are the
-    samples that place them, by default all: residuals that are no noise do not. The last are the changes of the
-    prediction over the sigmas (samples, j) by independent quantities of unit variance, near the final places.
+    samples that place them, by default all: residuals that are no noise do not. Places are sought no further where
+    residuals of one observation, over its sigma, would stay much greater than the ``rival`` [1] ones of another model.
+    The last are the changes of the prediction over the sigmas (samples, j) by independent quantities of unit variance,
+    near the final places.
     """
-    near, there, left = _descended(found, files, observe, telling, progress)
+    near, there, left = _descended(found, files, observe, telling, progress, rival)
     if near is found:
         return found, tuple(files), left
     return with_starts(fit_near(near.problem, near.values, progress), found.starts), there, left
 
 
 def _descended(
-    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], telling: Mask | None, progress: Progress
+    found: FitResult,
+    files: Sequence[File[Data]],
+    observe: Observe[Data],
+    telling: Mask | None,
+    progress: Progress,
+    rival: float,
 ) -> tuple[FitResult, tuple[File[Data], ...], Array]:
     """Return the same as `placed`, with a fit that is rough if it is another one than ``found``."""
     deviation = np.concatenate([_widths(data[0]) / np.sqrt(12) for data, _ in files])
@@ -182,6 +194,7 @@ def _descended(
     both = _changes(found, files, observe, places, [_STEP * moves * deviation])
     if float(np.linalg.norm(both)) < _STEP * _FELT * float(np.sqrt(np.mean(found.residuals**2))):
         return found, tuple(files), np.zeros((len(found.residuals), 0))
+    behind = _behind(files)
     columns, since, fine = np.zeros((len(found.residuals), 0)), np.inf, 1.0
     for last in (*[False] * (_ROUNDS - 1), True):
         if since > _STEP:
@@ -189,7 +202,8 @@ def _descended(
             columns = _changes(found, files, observe, places, list(np.diag(moves * deviation))) / moves
             since = 0.0
         step, spread, weights = _step(found, columns, places / unit, ends, telling)
-        if last or float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED:
+        settled = float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED
+        if last or settled or _HOPELESS * rival * float(weights.max()) < 1:
             break
         least, drawn = _squares(found, weights, places / unit), -found.projection @ (columns @ step) / found.units
         for part in _PARTS:
@@ -200,6 +214,7 @@ def _descended(
             except SolveError:
                 return found, tuple(files), columns @ spread
             if _squares(again, weights, places / unit + part * step) < least:
+                columns = _along(columns, found, again, part * step, behind)
                 found, files, places = again, there, places + part * step * unit
                 since += part * float(np.abs(step).max())
                 break
@@ -208,6 +223,32 @@ def _descended(
                 break
             since, fine = np.inf, _FINE
     return found, tuple(files), columns @ spread
+
+
+def _behind(files: Sequence[File[Data]]) -> Array:
+    """Return the number of the last jump before each sample of all files (samples,), of the onset before that."""
+    places: dict[int, Array] = {}
+    first = 0
+    for data, at in files:
+        for k, d in zip(at, data, strict=True):
+            jumps = d.measured.drive.jumps(np.inf)[: len(d.measured.widths) - 1]
+            places[k] = first + np.searchsorted(jumps, d.abscissa, side="right")
+        first += len(data[0].measured.widths)
+    return np.concatenate([places[k] for k in sorted(places)])
+
+
+def _along(columns: Array, found: FitResult, again: FitResult, step: Array, behind: Array) -> Array:
+    """Return derivatives ``columns`` (samples, j) as the last ``step`` (j,) of places has them, from one fit to another.
+
+    What differs from their prediction is due to the last jump before a sample, whose number is in ``behind``.
+    """
+    slopes = (found.slopes + again.slopes) / 2
+    moved = np.concatenate([again.values - found.values, again.nuisance - found.nuisance])
+    missed = found.residuals - again.residuals - slopes @ moved - columns @ step
+    own = step[behind]
+    changed, rows = columns.copy(), np.flatnonzero(np.abs(own) > _SAME_PLACE)
+    changed[rows, behind[rows]] += missed[rows] / own[rows]
+    return changed
 
 
 def _observed(problem: Problem, files: Sequence[File[Data]], observe: Observe[Data]) -> Problem:

@@ -184,8 +184,10 @@ class _Contest:
         how = (model, self._held, self._per_record, self._progress)
         simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
         if simpler is not None and any(map(_unplaced, self._data)):
+            rival = min((f for m, f in self.fits.items() if self._admitted(m)), key=lambda f: f.misfit, default=None)
+            rms = [np.inf] * len(self._data) if rival is None else rival.rms.tolist()
             try:
-                return fit_port(list(map(_placed_as, self._data, simpler.data)), *how)
+                return fit_port(list(map(_placed_as, self._data, simpler.data, rms)), *how)
             except SolveError:
                 if simpler.kind.name != SIMPLEST or not electrical_model(model).linear:
                     raise
@@ -307,10 +309,10 @@ def _unplaced(data: PortData) -> bool:
     return isinstance(data, CurrentData) and unknown(data)
 
 
-def _placed_as(data: PortData, other: PortData) -> PortData:
-    """Return data with unknown jumps where ``other`` data of the same file have them."""
+def _placed_as(data: PortData, other: PortData, rival: float) -> PortData:
+    """Return data with unknown jumps where ``other`` data of the same file have them, to be placed as `CurrentData`."""
     if isinstance(data, CurrentData) and isinstance(other, CurrentData) and unknown(data):
-        return placed_as(data, other)
+        return placed_as(replace(data, rival=rival), other)
     return data
 
 
