@@ -41,7 +41,8 @@ _MOST_CORRELATED = 0.999
 class Lack:
     """What a fit lacks: ``relaxations``, for which there is strong evidence, or a ``law`` that is not linear.
 
-    ``anything`` is that the residuals follow the drive at all; ``share`` is the part of their squares that does.
+    ``branches`` are relaxations of positive R and C. Since sums of these are a convex set, no linear strip is closer
+    where a fit lacks none, however many relaxations it has. ``anything`` is that the residuals follow the drive at all; ``share`` is the part of their squares that does.
     ``coloured`` is that the test could tell, and the rest is no more autocorrelated than the readings at rest are.
     """
 
@@ -50,6 +51,7 @@ class Lack:
     law: bool = False
     share: float = 0.0
     coloured: bool = False
+    branches: bool = False
 
     @classmethod
     def of_any(cls, parts: Iterable[Lack | None]) -> Lack | None:
@@ -64,14 +66,17 @@ class Lack:
             law=any(p.law for p in known),
             share=max((p.share for p in known), default=0.0),
             coloured=bool(known) and all(p.coloured for p in known),
+            branches=any(p.branches for p in known),
         )
 
 
-def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: Array) -> Lack | None:
+def lack_of_fit(
+    since: Array, drive: PiecewiseLinear, residuals: Array, slopes: Array, *, by_current: bool = False
+) -> Lack | None:
     """Return what a fit lacks by its ``residuals`` (n,) at times ``since`` [s] (n,) the begin of its ``drive``.
 
-    ``slopes`` (n, p) are those of the fit's parameters and linear terms, which have explained what they can. Of a long
-    record some readings are tested. None where the drive has too many points, or the record too few readings.
+    ``slopes`` (n, p) are those of the fit's parameters and linear terms, which have explained what they can. The drive
+    is a voltage, or a current if ``by_current``. Of a long record some readings are tested. None where the drive has too many points, or the record too few readings.
     """
     some = slice(None, None, -(-len(since) // _MOST_READINGS))
     since, residuals, slopes = since[some], residuals[some], slopes[some]
@@ -98,9 +103,11 @@ def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: 
         return bool(ratio > float(fisher(_LEVEL, count, freedom)))
 
     least = np.finfo(float).tiny
-    before, after, last = (max(float(r @ r), least) for r in (residuals, left, rest))
+    kept = _passive(waves[:, :first], -1.0 if by_current else 1.0, tangent, residuals)
+    before, after, last, bare = (max(float(r @ r), least) for r in (residuals, left, rest, kept))
     fewer = _independent(since, left, len(along))
-    relaxations = bool(fewer * np.log(before / after) > EVIDENCE + 2 * np.log(fewer))  # of one more R-C branch
+    needed = (EVIDENCE + 2 * np.log(fewer)) / fewer  # of one more R-C branch
+    relaxations = bool(np.log(before / after) > needed)
     law = significant(across)
     return Lack(
         anything=relaxations or law or significant(np.append(along, across)),
@@ -108,6 +115,7 @@ def lack_of_fit(since: Array, drive: PiecewiseLinear, residuals: Array, slopes: 
         law=law,
         share=1 - last / before,
         coloured=freedom >= taken and _as_at_rest(since, rest),
+        branches=relaxations and bool(np.log(before / bare) > needed),
     )
 
 
@@ -144,6 +152,22 @@ def _beside(waves: Array, tangent: Array) -> Array:
     waves = waves[:, size > 0] / size[size > 0]
     left, strengths, _ = np.linalg.svd(waves - tangent @ (tangent.T @ waves), full_matrices=False)
     return np.asarray(left[:, strengths > _LEFT])
+
+
+def _passive(waves: Array, sign: float, tangent: Array, residuals: Array) -> Array:
+    """Return residuals (n,) beside the ``tangent`` (n, p) that high-passes ``waves`` (n, m) of one ``sign`` leave.
+
+    The last wave is the drive itself, of either sign.
+    """
+    from scipy.optimize import nnls
+
+    columns = np.hstack([sign * waves, -sign * waves[:, -1:], residuals[:, None]])
+    columns -= tangent @ (tangent.T @ columns)
+    size = np.linalg.norm(columns, axis=0)
+    size[size == 0] = 1.0
+    triangle = np.linalg.qr(columns / size, mode="r")
+    amounts = nnls(triangle[:, :-1], triangle[:, -1], maxiter=100 * len(size))[0]
+    return np.asarray(columns[:, -1] - (columns[:, :-1] * (size[-1] / size[:-1])) @ amounts)
 
 
 def _waves(since: Array, drive: PiecewiseLinear) -> Array | None:

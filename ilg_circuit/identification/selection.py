@@ -100,7 +100,8 @@ class _Contest:
             if model != _CHECK and found.only_noise and more >= 0:
                 self._skip(model, "candidate-not-tried-noise", other=other)
                 return
-            hopeless = lack is not None and not lack.relaxations and not found.only_noise
+            missing = lack and (lack.branches if found.kind.linear else lack.relaxations)
+            hopeless = lack is not None and not missing and not found.only_noise
             if kind.linear and all(by_time) and more > 0 and hopeless:
                 self._skip(model, "candidate-not-tried-relaxations", other=other)
                 return
