@@ -24,6 +24,7 @@ from ..measurements.prepare import LEAST_REST, tells_offset
 from ..measurements.record import Channel, Record
 from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
+from ..solve.collocation import Nearby
 from ..strip.models import ElectricalModel, electrical_model
 from ..strip.port import Port
 from ..units import format_quantity
@@ -229,13 +230,13 @@ class CurrentData:
         """Return True if a model is predicted without an engine."""
         return closed(model)
 
-    def _answers(self, ports: Sequence[Port], t: Array) -> Array:
+    def _answers(self, ports: Sequence[Port], t: Array, nearby: Nearby | None = None) -> Array:
         """Return the predictions (ports, samples) of ``ports`` at ``t`` >= 0 [s] without an engine."""
-        return currents_of(ports, self.drive, t)
+        return currents_of(ports, self.drive, t, nearby)
 
-    def _slopes(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array] | None:
+    def _slopes(self, ports: Sequence[Port], t: Array, nearby: Nearby) -> tuple[Array, Array] | None:
         """Return the prediction at ``t`` >= 0 [s] and its derivatives, see `port_response.current_slopes`."""
-        return current_slopes(ports, self.drive, t)
+        return current_slopes(ports, self.drive, t, nearby)
 
     def _still(self, ports: Sequence[Port]) -> Array:
         """Return what ``ports`` do at rest (ports,)."""
@@ -243,17 +244,17 @@ class CurrentData:
 
     def without_engine(self, model: PortModel, t: Array) -> Predict:
         """Return the prediction of a model at ``t`` [s] since the onset, see `port_response`."""
-        after, ports = t >= 0, self.ports(model)
+        after, ports, nearby = t >= 0, self.ports(model), Nearby()
 
         def predict(values: Array) -> Array:
             made = ports(values)
             waveforms = np.repeat(self._still(made)[:, None], len(t), axis=1)
-            waveforms[:, after] = self._answers(made, t[after])
+            waveforms[:, after] = self._answers(made, t[after], nearby)
             return waveforms
 
         def slopes(values: Array) -> tuple[Array, Array] | None:
             made = ports(perturbed(values))
-            found = self._slopes(made, np.maximum(t, 0.0))
+            found = self._slopes(made, np.maximum(t, 0.0), nearby)
             if found is None:
                 return None
             rest = self._still(made)

@@ -16,7 +16,7 @@ from ..arrays import Array
 from ..circuit.netlist import Netlist
 from ..circuit.strip import electron_netlist, port_netlist
 from ..drive import PiecewiseLinear
-from ..solve.collocation import answer_slopes, answers
+from ..solve.collocation import Nearby, answer_slopes, answers
 from ..solve.transient import transient
 from ..strip.port import Port
 from .modal import (
@@ -69,20 +69,22 @@ def engine_currents(
     return result
 
 
-def currents_of(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
+def currents_of(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, nearby: Nearby | None = None) -> Array:
     """Return the currents [A] (ports, samples) into ``ports`` of one model at ``t`` >= 0 [s].
 
-    A row is not finite where the port cannot be solved.
+    A row is not finite where the port cannot be solved; ports of charge laws are solved beside what is ``nearby``.
     """
     first = ports[0]
     if first.linear:
         return modal_currents(ports, drive, t)
     if _electrons_apart(first):
         return modal_currents([_ohmic(port) for port in ports], drive, t) + _beyond_ohm(ports, drive.value(t))
-    return answers(ports, drive, t)
+    return answers(ports, drive, t, nearby=nearby)
 
 
-def current_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> tuple[Array, Array] | None:
+def current_slopes(
+    ports: Sequence[Port], drive: PiecewiseLinear, t: Array, nearby: Nearby | None = None
+) -> tuple[Array, Array] | None:
     """Return the current [A] (samples,) of a port and its derivatives (samples, p) by logarithms of its parameters.
 
     ``ports`` are those of `perturbed` values. None where modes cancel; raises SolveError where it cannot be solved.
@@ -91,7 +93,7 @@ def current_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> t
     if first.linear:
         return modal_current_slopes(ports, drive, t)
     if not _electrons_apart(first):
-        return answer_slopes(ports, drive, t, STEP)
+        return answer_slopes(ports, drive, t, STEP, nearby=nearby)
     found = modal_current_slopes([_ohmic(port) for port in ports], drive, t)
     if found is None:
         return None
@@ -99,18 +101,20 @@ def current_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> t
     return found[0] + more[0], found[1] + differences(more)
 
 
-def voltages_of(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
+def voltages_of(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, nearby: Nearby | None = None) -> Array:
     """Return the voltages [V] (ports, samples) of ``ports`` under a current, as `currents_of`."""
     if ports[0].linear:
         return modal_voltages(ports, drive, t)
-    return answers(ports, drive, t, by_current=True)
+    return answers(ports, drive, t, by_current=True, nearby=nearby)
 
 
-def voltage_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> tuple[Array, Array] | None:
+def voltage_slopes(
+    ports: Sequence[Port], drive: PiecewiseLinear, t: Array, nearby: Nearby | None = None
+) -> tuple[Array, Array] | None:
     """Return the voltage [V] of a port under a current and its derivatives, as `current_slopes`."""
     if ports[0].linear:
         return modal_voltage_slopes(ports, drive, t)
-    return answer_slopes(ports, drive, t, STEP, by_current=True)
+    return answer_slopes(ports, drive, t, STEP, by_current=True, nearby=nearby)
 
 
 def _electrons_apart(port: Port) -> bool:

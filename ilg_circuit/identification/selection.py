@@ -183,16 +183,23 @@ class _Contest:
         If that is of one relaxation and a linear fit fails, it begins with those where the current alone places them.
         """
         how = (model, self._held, self._per_record, self._progress)
+        data = [self._beside_rival(k) for k in range(len(self._data))]
         simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
-        if simpler is not None and any(map(_unplaced, self._data)):
-            rival = min((f for m, f in self.fits.items() if self._admitted(m)), key=lambda f: f.misfit, default=None)
-            rms = [np.inf] * len(self._data) if rival is None else rival.rms.tolist()
+        if simpler is not None and any(map(_unplaced, data)):
             try:
-                return fit_port(list(map(_placed_as, self._data, simpler.data, rms)), *how)
+                return fit_port(list(map(_placed_as, data, simpler.data)), *how)
             except SolveError:
                 if simpler.kind.name != SIMPLEST or not electrical_model(model).linear:
                     raise
-        return fit_port([d.roughly_placed() if isinstance(d, CurrentData) else d for d in self._data], *how)
+        return fit_port([d.roughly_placed() if isinstance(d, CurrentData) else d for d in data], *how)
+
+    def _beside_rival(self, k: int) -> PortData:
+        """Return the data of file ``k``, with the residuals of the closest fit that has no reason against it."""
+        data = self._data[k]
+        admitted = [found for model, found in self.fits.items() if self._admitted(model)]
+        if not (admitted and isinstance(data, CurrentData) and unknown(data)):
+            return data
+        return replace(data, rival=float(min(admitted, key=lambda found: found.misfit).rms[k]))
 
     def _skip(self, model: str, code: str, **values: str) -> None:
         self.failures[model] = ("not tried", Finding(code, values=values))
@@ -310,10 +317,10 @@ def _unplaced(data: PortData) -> bool:
     return isinstance(data, CurrentData) and unknown(data)
 
 
-def _placed_as(data: PortData, other: PortData, rival: float) -> PortData:
-    """Return data with unknown jumps where ``other`` data of the same file have them, to be placed as `CurrentData`."""
+def _placed_as(data: PortData, other: PortData) -> PortData:
+    """Return data with unknown jumps where ``other`` data of the same file have them."""
     if isinstance(data, CurrentData) and isinstance(other, CurrentData) and unknown(data):
-        return placed_as(replace(data, rival=rival), other)
+        return placed_as(data, other)
     return data
 
 

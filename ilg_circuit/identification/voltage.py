@@ -13,6 +13,7 @@ from ..circuit.strip import port_netlist
 from ..errors import InputError
 from ..measurements.record import Channel, Forced, Record
 from ..measurements.voltage import MeasuredDrive
+from ..solve.collocation import Nearby
 from ..solve.transient import transient
 from ..strip.models import ElectricalModel
 from ..strip.port import Port
@@ -62,11 +63,11 @@ class VoltageData(CurrentData):
     def closed(self, model: PortModel) -> bool:
         return closed(model, by_current=True)
 
-    def _answers(self, ports: Sequence[Port], t: Array) -> Array:
-        return voltages_of(ports, self.drive, t)
+    def _answers(self, ports: Sequence[Port], t: Array, nearby: Nearby | None = None) -> Array:
+        return voltages_of(ports, self.drive, t, nearby)
 
-    def _slopes(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array] | None:
-        return voltage_slopes(ports, self.drive, t)
+    def _slopes(self, ports: Sequence[Port], t: Array, nearby: Nearby) -> tuple[Array, Array] | None:
+        return voltage_slopes(ports, self.drive, t, nearby)
 
     def _still(self, ports: Sequence[Port]) -> Array:
         if not ports[0].linear:

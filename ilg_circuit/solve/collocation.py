@@ -33,6 +33,8 @@ _ACCURACY = 2e-6
 _CONVERGED, _ROUGHLY, _MOST_STEPS = 1e-6, 1e-2, 20
 #: Rounds of splitting and of the last convergence; largest number of parts of a step in each; largest number of steps.
 _ROUNDS, _MOST_PARTS, _MOST_NODES = 16, 8, 50_000
+#: Largest factor between rates of two ports of which one begins on the other's mesh.
+_SIMILAR = 1.5
 #: Steps in the first window of time where Newton's method does not converge for all of them; largest number of windows.
 _WINDOW, _MOST_WINDOWS = 32, 300
 _UNSOLVED = "the port's equations take more steps than are sensible: its values are out of all proportion"
@@ -181,6 +183,13 @@ class _Solution:
         found = solve_banded((lower, upper), bands.reshape(-1, count * size), given, check_finite=False)
         return np.asarray(found.reshape(count, 3, m, columns).transpose(1, 3, 2, 0))
 
+    def split(self, drive: PiecewiseLinear, parts: NDArray[np.intp]) -> _Solution:
+        """Return a guess with every step in so many equal parts (n,), on lines between what is known."""
+        mesh = self.mesh.split(drive, parts)
+        known = np.append(0.0, self.mesh.points.T.ravel())
+        states = np.column_stack([self.start, self.states.transpose(1, 2, 0).reshape(len(self.start), -1)])
+        return replace(self, mesh=mesh, states=np.stack([np.interp(mesh.points, known, row) for row in states], axis=1))
+
     def parts(self) -> NDArray[np.intp]:
         """Return the number of parts (n,) into which each step is to be split."""
         rise = np.tensordot(_SLOPES, self.states - self.before, 1)
@@ -189,35 +198,71 @@ class _Solution:
         return np.clip(np.ceil((off / (_ACCURACY * size)) ** 0.25), 1, _MOST_PARTS).astype(np.intp)
 
 
+class Nearby:
+    """Holds the last solution under one drive at one set of times, beside which that of a similar port is sought.
+
+    A fit asks for similar ports again and again. Answers agree with those without it as far as these are accurate.
+    """
+
+    def __init__(self) -> None:
+        self._rates = np.zeros(0)
+        self._found: _Solution | None = None
+
+    def guess(self, equations: PortEquations, start: Array) -> _Solution | None:
+        """Return a guess of the solution from ``start`` (m,), None if there is none of a port that is similar."""
+        if self._found is None or not (np.abs(np.log(equations.own / self._rates)) < np.log(_SIMILAR)).all():
+            return None
+        return _Solution(equations, self._found.mesh, start, self._found.states)
+
+    def keep(self, found: _Solution, *, anew: bool) -> None:
+        """Keep a solution, on a mesh of its own if it was found ``anew``."""
+        self._found = found
+        if anew:
+            self._rates = found.equations.own
+
+
 def _weighted(rates: Array) -> Array:
     """Return the sums over the points of a step (3, ...) that move a state to each of them."""
     return np.tensordot(_WEIGHTS, rates, 1)
 
 
-def answers(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, *, by_current: bool = False) -> Array:
+def answers(
+    ports: Sequence[Port],
+    drive: PiecewiseLinear,
+    t: Array,
+    *,
+    by_current: bool = False,
+    nearby: Nearby | None = None,
+) -> Array:
     """Return the currents [A] (ports, samples) into ``ports`` at ``t`` >= 0 [s]; ``by_current`` the voltages [V].
 
     Ports of R-C branches start at rest under the drive's level, without charge where that is a current. A row is nan
-    where the equations cannot be solved.
+    where the equations cannot be solved. They are sought beside the solution that is ``nearby``.
     """
     found = np.full((len(ports), len(t)), np.nan)
     for row, port in zip(found, ports, strict=True):
         equations = PortEquations(port, by_current)
         with suppress(SolveError):
-            row[:] = equations.answer(drive.value(t), _solved(equations, drive, t).at(t))[0]
+            row[:] = equations.answer(drive.value(t), _solved(equations, drive, t, nearby or Nearby()).at(t))[0]
     return found
 
 
 def answer_slopes(
-    ports: Sequence[Port], drive: PiecewiseLinear, t: Array, step: float, *, by_current: bool = False
+    ports: Sequence[Port],
+    drive: PiecewiseLinear,
+    t: Array,
+    step: float,
+    *,
+    by_current: bool = False,
+    nearby: Nearby | None = None,
 ) -> tuple[Array, Array]:
     """Return the answer (samples,) of one port and its derivatives (samples, p) by logarithms of its parameters.
 
     ``ports`` (2 p + 1) are it, those with one parameter larger by a ``step`` of its logarithm, those with one smaller.
-    Raises SolveError where the equations cannot be solved.
+    It is sought beside the solution that is ``nearby``. Raises SolveError where the equations cannot be solved.
     """
     base, *others = (PortEquations(port, by_current) for port in ports)
-    solution = _solved(base, drive, t)
+    solution = _solved(base, drive, t, nearby or Nearby())
 
     def differences(of: Callable[[PortEquations, Array, Array], Array], source: Array, x: Array) -> Array:
         w = base.voltages(x)[0]  # most parameters leave the law as it is
@@ -239,32 +284,42 @@ def _by_step(found: list[Array], step: float) -> Array:
     return np.asarray((larger - smaller) / (2 * step))
 
 
-def _solved(equations: PortEquations, drive: PiecewiseLinear, t: Array) -> _Solution:
-    """Return the solution on a mesh whose nodes hold ``t`` (samples,)."""
-    end, most = float(t[-1]), max(drive.largest(), abs(drive.rest))
+def _solved(equations: PortEquations, drive: PiecewiseLinear, t: Array, nearby: Nearby) -> _Solution:
+    """Return the solution on a mesh whose nodes hold ``t`` (samples,), and keep it ``nearby``."""
+    most = max(drive.largest(), abs(drive.rest))
     law = equations.law
     if law is not None and not equations.by_current and most >= law.largest:
         raise SolveError(f"{most:.4g} V are reached, and the charge rises only up to {law.largest:.4g} V")
-    jumps = np.append(0.0, drive.jumps(end))
-    close = (jumps[:, None] + _FIRST / equations.own.max()).ravel()
-    nodes = np.unique(np.concatenate([[0.0], drive.breakpoints(end), close[close < end], t]))
-    bound = equations.bound(most)
-    start = equations.rest(drive.rest)
-    mesh = _Mesh.of(drive, nodes)
-    guess, converged = _standing(start, mesh), _ROUGHLY
+    start, bound = equations.rest(drive.rest), equations.bound(most)
+    guess = nearby.guess(equations, start)
+    if guess is not None:
+        solution = _split(guess, drive, bound, _CONVERGED)
+    else:
+        end = float(t[-1])
+        jumps = np.append(0.0, drive.jumps(end))
+        close = (jumps[:, None] + _FIRST / equations.own.max()).ravel()
+        nodes = np.unique(np.concatenate([[0.0], drive.breakpoints(end), close[close < end], t]))
+        mesh = _Mesh.of(drive, nodes)
+        solution = _split(_Solution(equations, mesh, start, _standing(start, mesh)), drive, bound, _ROUGHLY)
+    nearby.keep(solution, anew=guess is None)
+    return solution
+
+
+def _split(guess: _Solution, drive: PiecewiseLinear, bound: float, converged: float) -> _Solution:
+    """Return the solution from a ``guess`` on its mesh, whose steps are split where they are too long.
+
+    Before the last split it may be ``converged`` less than that.
+    """
     for _ in range(_ROUNDS):
-        found = _newton(_Solution(equations, mesh, start, guess), bound, converged)
-        solution = _in_windows(equations, drive, mesh, start, bound) if found is None else found
+        found = _newton(guess, bound, converged)
+        solution = _in_windows(guess.equations, drive, guess.mesh, guess.start, bound) if found is None else found
         parts = solution.parts()
-        if (parts == 1).all():
-            if converged == _CONVERGED or found is None:
-                return solution
-            mesh, guess, converged = solution.mesh, solution.states, _CONVERGED
-            continue
-        mesh = solution.mesh.split(drive, parts)
-        known = np.append(0.0, solution.mesh.points.T.ravel())
-        states = np.column_stack([start, solution.states.transpose(1, 2, 0).reshape(len(start), -1)])
-        guess = np.stack([np.interp(mesh.points, known, row) for row in states], axis=1)
+        if not (parts == 1).all():
+            guess = solution.split(drive, parts)
+        elif converged == _CONVERGED or found is None:
+            return solution
+        else:
+            guess, converged = solution, _CONVERGED
     raise SolveError(_UNSOLVED)
 
 
