@@ -24,16 +24,15 @@ from ..measurements.prepare import LEAST_REST, tells_offset
 from ..measurements.record import Channel, Record
 from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
-from ..solve.collocation import Nearby
 from ..strip.models import ElectricalModel, electrical_model
 from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .jump_start import places_by_relaxation, placing_models
 from .jumps import at_distances, placed, too_many, unknown
-from .modal import Ports, differences, perturbed, with_slopes
+from .modal import Ports
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
-from .port_response import ACCURACY, at_rest, closed, current_slopes, currents_of, engine_currents
+from .port_response import ACCURACY, Response, closed, engine_currents
 from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
 
@@ -228,40 +227,16 @@ class CurrentData:
 
     def closed(self, model: PortModel) -> bool:
         """Return True if a model is predicted without an engine."""
-        return closed(model)
+        return closed(model, by_current=self.response.by_current)
 
-    def _answers(self, ports: Sequence[Port], t: Array, nearby: Nearby | None = None) -> Array:
-        """Return the predictions (ports, samples) of ``ports`` at ``t`` >= 0 [s] without an engine."""
-        return currents_of(ports, self.drive, t, nearby)
-
-    def _slopes(self, ports: Sequence[Port], t: Array, nearby: Nearby) -> tuple[Array, Array] | None:
-        """Return the prediction at ``t`` >= 0 [s] and its derivatives, see `port_response.current_slopes`."""
-        return current_slopes(ports, self.drive, t, nearby)
-
-    def _still(self, ports: Sequence[Port]) -> Array:
-        """Return what ``ports`` do at rest (ports,)."""
-        return at_rest(ports, self.drive.rest)
+    @property
+    def response(self) -> Response:
+        """What ports answer to the drive without an engine."""
+        return Response(self.drive)
 
     def without_engine(self, model: PortModel, t: Array) -> Predict:
         """Return the prediction of a model at ``t`` [s] since the onset, see `port_response`."""
-        after, ports, nearby = t >= 0, self.ports(model), Nearby()
-
-        def predict(values: Array) -> Array:
-            made = ports(values)
-            waveforms = np.repeat(self._still(made)[:, None], len(t), axis=1)
-            waveforms[:, after] = self._answers(made, t[after], nearby)
-            return waveforms
-
-        def slopes(values: Array) -> tuple[Array, Array] | None:
-            made = ports(perturbed(values))
-            found = self._slopes(made, np.maximum(t, 0.0), nearby)
-            if found is None:
-                return None
-            rest = self._still(made)
-            found[0][~after], found[1][~after] = rest[0], differences(rest)
-            return found
-
-        return with_slopes(predict, slopes)
+        return self.response.prediction(self.ports(model), t)
 
     def require_electrode_resistance(self, held: float) -> None:
         if not (math.isfinite(held) and held >= 0):

@@ -18,7 +18,7 @@ from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
 from ..fit.fitting import fit_near, with_starts
-from ..fit.observation import Observation
+from ..fit.observation import Observation, WithSlopes
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..measurements.voltage import MeasuredDrive
@@ -73,6 +73,17 @@ class Jumping(Protocol):
 
     def at_places(self, places: Array) -> Self:
         """Return the data with other shifts of the later jumps."""
+
+
+@dataclass(frozen=True, eq=False)
+class WithJumps(WithSlopes):
+    """A prediction that may know its derivatives by the times of jumps, too.
+
+    ``by_jumps`` maps one set (p,) of parameters to derivatives [1/s] (m, j), of the onset and of later jumps before the
+    last sample; or to None.
+    """
+
+    by_jumps: Callable[[Array], Array | None]
 
 
 Data = TypeVar("Data", bound=Jumping)
@@ -191,7 +202,7 @@ def _descended(
     unit = np.where(deviation > 0, deviation, 1.0)
     ends = np.hstack([_ends(data[0]) for data, _ in files])
     moves = _inward(places / unit, ends)
-    both = _changes(found, files, observe, places, [_STEP * moves * deviation])
+    both = _changes(found, files, observe, places, (_STEP * moves * deviation)[None])
     if float(np.linalg.norm(both)) < _STEP * _FELT * float(np.sqrt(np.mean(found.residuals**2))):
         return found, tuple(files), np.zeros((len(found.residuals), 0))
     behind = _behind(files)
@@ -199,7 +210,7 @@ def _descended(
     for last in (*[False] * (_ROUNDS - 1), True):
         if since > _STEP:
             moves = fine * _STEP * _inward(places / unit, ends)
-            columns = _changes(found, files, observe, places, list(np.diag(moves * deviation))) / moves
+            columns = _changes(found, files, observe, places, np.diag(moves * deviation)) / moves
             since = 0.0
         step, spread, weights = _step(found, columns, places / unit, ends, telling)
         settled = float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED
@@ -284,9 +295,9 @@ def _inward(places: Array, ends: Array) -> Array:
 
 
 def _changes(
-    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], places: Array, moves: Sequence[Array]
+    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], places: Array, moves: Array
 ) -> Array:
-    """Return changes of the prediction over the sigmas (samples, m) by ``moves`` [s] of jumps from ``places`` (j,)."""
+    """Return changes of the prediction over the sigmas (samples, m) by ``moves`` [s] (m, j) from ``places`` (j,)."""
     problem = found.problem
     values = np.concatenate([found.values, list(problem.fixed.values())])
     changes = np.zeros((len(found.residuals), len(moves)))
@@ -295,12 +306,17 @@ def _changes(
         here = slice(first, first + len(data[0].measured.widths))
         first = here.stop
         for k, d in zip(at, data, strict=True):
-            own = values[problem.places[k]][None]
-            before = problem.observations[k].predict(own)[0]
-            for column, move in enumerate(moves):
-                if move[here].any():
-                    after = observe(k, at_distances(d, (places + move)[here])).predict(own)[0]
-                    changes[problem.slices[k], column] = (after - before) / problem.observations[k].sigma
+            own, predict = values[problem.places[k]], problem.observations[k].predict
+            known = predict.by_jumps(own) if isinstance(predict, WithJumps) else None
+            if known is not None:
+                count = min(known.shape[1], here.stop - here.start)
+                changed = known[:, :count] @ moves[:, here][:, :count].T
+            else:
+                changed, before = np.zeros((len(d.data), len(moves))), predict(own[None])[0]
+                for column in np.flatnonzero(moves[:, here].any(axis=1)).tolist():
+                    moved = observe(k, at_distances(d, (places + moves[column])[here]))
+                    changed[:, column] = moved.predict(own[None])[0] - before
+            changes[problem.slices[k]] = changed / np.atleast_1d(problem.observations[k].sigma)[:, None]
     return changes
 
 

@@ -76,7 +76,8 @@ def lack_of_fit(
     """Return what a fit lacks by its ``residuals`` (n,) at times ``since`` [s] (n,) the begin of its ``drive``.
 
     ``slopes`` (n, p) are those of the fit's parameters and linear terms, which have explained what they can. The drive
-    is a voltage, or a current if ``by_current``. Of a long record some readings are tested. None where the drive has too many points, or the record too few readings.
+    is a voltage, or a current if ``by_current``. Of a long record some readings are tested. None where the drive has
+    too many points, or the record too few readings.
     """
     some = slice(None, None, -(-len(since) // _MOST_READINGS))
     since, residuals, slopes = since[some], residuals[some], slopes[some]

@@ -16,7 +16,7 @@ from ..arrays import Array
 from ..circuit.netlist import Netlist
 from ..drive import PiecewiseLinear
 from ..fit.observation import Predict, WithSlopes
-from ..solve.exact import modal_output, modal_slopes
+from ..solve.exact import modal_jump_slopes, modal_output, modal_slopes
 from ..solve.port_system import port_system
 from ..solve.state_space import StateSpace, state_space
 from ..strip.port import Port
@@ -72,6 +72,16 @@ def modal_voltage_slopes(ports: Sequence[Port], drive: PiecewiseLinear, t: Array
     """Return the same of a port's voltage [V] under a current."""
     found = modal_slopes(_by_current(ports), "voltage", drive.from_rest(), t, STEP)
     return _above(found, np.array([drive.rest * port.steady_resistance for port in ports]))
+
+
+def modal_jump_currents(port: Port, drive: PiecewiseLinear, t: Array) -> Array | None:
+    """Return derivatives [A/s] (samples, j) of a linear port's current, see `modal_jump_slopes`."""
+    return modal_jump_slopes(port_system([port]), "current", drive, t)
+
+
+def modal_jump_voltages(port: Port, drive: PiecewiseLinear, t: Array) -> Array | None:
+    """Return the same [V/s] of a port's voltage under a current."""
+    return modal_jump_slopes(_by_current([port]), "voltage", drive, t)
 
 
 def _above(moved: tuple[Array, Array] | None, rest: Array) -> tuple[Array, Array] | None:

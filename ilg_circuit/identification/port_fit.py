@@ -113,7 +113,7 @@ class PortFit:
         """What the model lacks by the residuals of every file over time; None where that is not known."""
         return Lack.of_any(
             lack_of_fit(
-                d.since, d.drive, self.fit.residuals[part], self.fit.slopes[part], by_current=d.quantity == "voltage"
+                d.since, d.drive, self.fit.residuals[part], self.fit.slopes[part], by_current=d.response.by_current
             )
             for d, part in zip(self.data, self.fit.problem.slices, strict=False)  # displacements may come after them
             if isinstance(d, CurrentData)

@@ -7,7 +7,7 @@ electrons straight across the voltage takes a current of its own, whatever the i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,16 +16,22 @@ from ..arrays import Array
 from ..circuit.netlist import Netlist
 from ..circuit.strip import electron_netlist, port_netlist
 from ..drive import PiecewiseLinear
-from ..solve.collocation import Nearby, answer_slopes, answers
+from ..solve.collocation import Nearby, answer_slopes, answers, jump_slopes
 from ..solve.transient import transient
 from ..strip.port import Port
+from .jumps import WithJumps
 from .modal import (
     STEP,
+    Ports,
     differences,
     modal_current_slopes,
     modal_currents,
+    modal_jump_currents,
+    modal_jump_voltages,
     modal_voltage_slopes,
     modal_voltages,
+    perturbed,
+    with_slopes,
 )
 from .port_model import PortModel
 
@@ -42,6 +48,70 @@ def closed(model: PortModel, *, by_current: bool = False) -> bool:
 def at_rest(ports: Sequence[Port], voltage: float) -> Array:
     """Return the steady currents [A] (ports,) under ``voltage`` [V]."""
     return np.array([float(port.electron_current(port.inner_voltage(voltage))) if voltage else 0.0 for port in ports])
+
+
+@dataclass(frozen=True)
+class Response:
+    """What ports of one model answer to a ``drive``: the current under a voltage, or ``by_current`` the voltage."""
+
+    drive: PiecewiseLinear
+    by_current: bool = False
+
+    def at_rest(self, ports: Sequence[Port]) -> Array:
+        """Return what ``ports`` do before the onset (ports,)."""
+        if not self.by_current:
+            return at_rest(ports, self.drive.rest)
+        if not ports[0].linear:
+            return np.zeros(len(ports))
+        return np.array([self.drive.rest * port.steady_resistance for port in ports])
+
+    def answers(self, ports: Sequence[Port], t: Array, nearby: Nearby | None = None) -> Array:
+        """Return the answers (ports, samples) at ``t`` >= 0 [s], see `currents_of`."""
+        return (voltages_of if self.by_current else currents_of)(ports, self.drive, t, nearby)
+
+    def slopes(self, ports: Sequence[Port], t: Array, nearby: Nearby) -> tuple[Array, Array] | None:
+        """Return the answer at ``t`` >= 0 [s] and its derivatives, see `current_slopes`."""
+        return (voltage_slopes if self.by_current else current_slopes)(ports, self.drive, t, nearby)
+
+    def by_jumps(self, port: Port, t: Array, nearby: Nearby) -> Array | None:
+        """Return derivatives [1/s] (samples, j) of a port's answer at ``t`` >= 0 by the times of onset and later jumps.
+
+        None where modes cancel, and of drives that are not constant between jumps.
+        """
+        if np.diff(self.drive.values)[np.diff(self.drive.times) > 0].any():
+            return None
+        apart = not self.by_current and _electrons_apart(port)  # the electrons' path has no memory
+        if port.linear or apart:
+            return (modal_jump_voltages if self.by_current else modal_jump_currents)(_ohmic(port), self.drive, t)
+        return jump_slopes(port, self.drive, t, by_current=self.by_current, nearby=nearby)
+
+    def prediction(self, ports: Ports, t: Array) -> WithJumps:
+        """Return the prediction at ``t`` [s] since the onset of what ``ports`` makes of sets of parameters."""
+        after, nearby = t >= 0, Nearby()
+
+        def predict(values: Array) -> Array:
+            made = ports(values)
+            waveforms = np.repeat(self.at_rest(made)[:, None], len(t), axis=1)
+            waveforms[:, after] = self.answers(made, t[after], nearby)
+            return waveforms
+
+        def slopes(values: Array) -> tuple[Array, Array] | None:
+            made = ports(perturbed(values))
+            found = self.slopes(made, np.maximum(t, 0.0), nearby)
+            if found is None:
+                return None
+            rest = self.at_rest(made)
+            found[0][~after], found[1][~after] = rest[0], differences(rest)
+            return found
+
+        def by_jumps(values: Array) -> Array | None:
+            found = self.by_jumps(ports(values[None])[0], np.maximum(t, 0.0), nearby)
+            if found is not None:
+                found[~after] = 0.0
+            return found
+
+        known = with_slopes(predict, slopes)
+        return WithJumps(known.predict, known.slopes, by_jumps)
 
 
 def engine_currents(

@@ -13,14 +13,13 @@ from ..circuit.strip import port_netlist
 from ..errors import InputError
 from ..measurements.record import Channel, Forced, Record
 from ..measurements.voltage import MeasuredDrive
-from ..solve.collocation import Nearby
 from ..solve.transient import transient
 from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
 from .current import CurrentData
 from .port_model import PortModel
-from .port_response import closed, voltage_slopes, voltages_of
+from .port_response import Response
 from .start import model_start
 
 
@@ -60,23 +59,13 @@ class VoltageData(CurrentData):
         """No voltage is constant under a current."""
         return None
 
-    def closed(self, model: PortModel) -> bool:
-        return closed(model, by_current=True)
-
-    def _answers(self, ports: Sequence[Port], t: Array, nearby: Nearby | None = None) -> Array:
-        return voltages_of(ports, self.drive, t, nearby)
-
-    def _slopes(self, ports: Sequence[Port], t: Array, nearby: Nearby) -> tuple[Array, Array] | None:
-        return voltage_slopes(ports, self.drive, t, nearby)
-
-    def _still(self, ports: Sequence[Port]) -> Array:
-        if not ports[0].linear:
-            return np.zeros(len(ports))
-        return np.array([self.drive.rest * port.steady_resistance for port in ports])
+    @property
+    def response(self) -> Response:
+        return Response(self.drive, by_current=True)
 
     def _solved(self, ports: Sequence[Port], t: Array) -> Array:
         after = t >= 0
-        result = np.repeat(self._still(ports)[:, None], len(t), axis=1)
+        result = np.repeat(self.response.at_rest(ports)[:, None], len(t), axis=1)
         netlists = [port_netlist(port, by_current=True) for port in ports]
         accuracy = self.accuracy
         found = transient(

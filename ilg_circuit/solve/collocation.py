@@ -25,6 +25,7 @@ from ..errors import SolveError
 from ..strip.port import Port
 from .modes import recursion
 from .port_equations import PortEquations
+from .waves import ON_EDGE, jumps_until
 
 #: What a cubic may miss over a step, relative to the largest state.
 _ACCURACY = 2e-6
@@ -276,6 +277,31 @@ def answer_slopes(
     source, x = drive.value(t), solution.at(t)
     found, by_state = base.answer(source, x)
     return found, (differences(PortEquations.read, source, x) + (by_state * moved).sum(axis=1)).T
+
+
+def jump_slopes(
+    port: Port, drive: PiecewiseLinear, t: Array, *, by_current: bool = False, nearby: Nearby | None = None
+) -> Array:
+    """Return derivatives [1/s] (samples, j) of a port's answer by the times of the onset and of the ``drive``'s jumps.
+
+    Between jumps up to the last of ``t`` (samples,) the drive is constant. A jump that comes later moves the states
+    from there on by what it adds to their rates. Raises SolveError as `answer_slopes`.
+    """
+    equations = PortEquations(port, by_current)
+    solution = _solved(equations, drive, t, nearby or Nearby())
+    jumps = jumps_until(drive, float(t[-1]))
+    after, x = drive.value(jumps), solution.at(jumps)
+    moved = equations.rates(np.append(drive.rest, after[:-1]), x)[0] - equations.rates(after, x)[0]
+    right = np.zeros((3, len(jumps), *solution.states.shape[1:]))
+    steps = np.searchsorted(solution.mesh.nodes, jumps)
+    inside = np.flatnonzero(steps < right.shape[-1])
+    right[:, inside, :, steps[inside]] = moved.T[inside, None]
+    still = np.zeros((len(jumps), len(x)))
+    states = replace(solution, start=still, states=solution.changed(solution.missed()[1], right)).at(t)
+    j, k = np.nonzero(np.abs(jumps[:, None] - t) <= ON_EDGE * t)  # samples on a jump come behind it
+    states[j, :, k] = moved.T[j]
+    by_state = equations.answer(drive.value(t), solution.at(t))[1]
+    return np.asarray((by_state * states).sum(axis=1).T)
 
 
 def _by_step(found: list[Array], step: float) -> Array:

@@ -20,7 +20,17 @@ from .modes import CANCELLING, decomposed, modes_of
 from .panels import FRACTIONS, Panels
 from .propagators import Propagators
 from .state_space import StateSpace
-from .waves import BLOCK, drive_at, drive_lines, interval_grid, values_at, waves_under_lines, waves_under_sine
+from .waves import (
+    BLOCK,
+    ON_EDGE,
+    drive_at,
+    drive_lines,
+    interval_grid,
+    jumps_until,
+    values_at,
+    waves_under_lines,
+    waves_under_sine,
+)
 
 #: Relative contribution to an output below which a mode is negligible.
 _FELT = 1e-13
@@ -177,6 +187,26 @@ def modal_slopes(
         result[:, part] += np.real(amounts @ waves[:, 0].T)
         result[1:, part] += np.real(own @ waves[:, 1].T)
     return result[0], result[1:].T
+
+
+def modal_jump_slopes(system: StateSpace, output: str, drive: Drive, times: Array) -> Array | None:
+    """Return derivatives (times, j) of one output of a netlist by the times [s] of the onset and of the drive's jumps.
+
+    Between jumps up to the last of ``times`` [s] the drive is constant. A jump that comes later moves the output from
+    there on by that of an impulse. None where modes cancel.
+    """
+    modes = modes_of(system)
+    if modes is None:
+        return None
+    row = system.output_names.index(output)
+    poles, amounts = modes.poles[0], modes.shown[0, row] * modes.excited[0, :, 0]
+    jumps = jumps_until(drive, float(times[-1]))
+    rises = np.diff(drive.value(jumps), prepend=drive.rest)
+    found = np.zeros((len(times), len(jumps)))
+    for j, (at, rise) in enumerate(zip(jumps.tolist(), rises.tolist(), strict=True)):
+        after = slice(np.searchsorted(times, at * (1 - ON_EDGE)), None)
+        found[after, j] = -rise * np.real(np.exp(np.outer(times[after] - at, poles)) @ amounts)
+    return found
 
 
 def _shared_widths(grid: Array, edges: Array) -> Array:

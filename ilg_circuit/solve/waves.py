@@ -17,6 +17,8 @@ from .modes import Numbers, fallen, phi_pair, phi_slopes, recursion
 BLOCK = 2000
 #: Samples per edge of the drive above which a run is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 2
+#: Relative distance up to which a sample is on an edge of the drive.
+ON_EDGE = 1e-12
 #: Most samples of a course that is kept for the next call: a fit asks for the same times again and again.
 _MOST_SAMPLES = 20_000
 
@@ -198,6 +200,11 @@ def interval_grid(drive: Drive, times: Array) -> Array:
     """Return start, breakpoints of the drive and ``times`` [s], ascending: between them the drive is smooth."""
     end = float(times[-1]) if len(times) else 0.0
     return np.union1d(np.concatenate([[0.0], drive.breakpoints(end)]), times)
+
+
+def jumps_until(drive: Drive, end: float) -> Array:
+    """Return the times [s] of the onset and of the jumps of a drive up to the ``end`` [s], a jump there included."""
+    return np.append(0.0, np.minimum(drive.jumps(end * (1 + ON_EDGE)), end))
 
 
 def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:

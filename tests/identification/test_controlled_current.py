@@ -120,7 +120,7 @@ def test_engine_solves_what_the_modes_do_and_nonlinear_models() -> None:
     data = record_data(record, "exact", "made")
     port = lumped_elements(PAPER).port
     t = data.since
-    rest, waves = data._still([port]), data._answers([port], t[t >= 0])
+    rest, waves = data.response.at_rest([port]), data.response.answers([port], t[t >= 0])
     assert data._solved([port], t)[0, t >= 0] == pytest.approx(waves[0], rel=1e-6, abs=1e-9)
     assert rest[0] == pytest.approx(0.0, abs=1e-12)
     strip = PAPER.with_(emission_voltage="0.3 V")
