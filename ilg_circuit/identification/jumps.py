@@ -135,11 +135,12 @@ def _distances(data: Jumping) -> Array:
 def at_distances(data: Data, distances: Array) -> Data:
     """Return the data with onset and later jumps at ``distances`` [s] (j + 1,) from the middles.
 
-    The onset stays within its interval, beyond which rounding may lead.
+    All stay within their intervals, beyond which rounding or a rough place may lead.
     """
-    width = data.onset_width
+    width, later = data.onset_width, data.measured.widths[1:]
     share = float(np.clip(distances[0] / width, *BRACKET)) if width else data.share
-    return data.at_share(share).at_places(distances[1:] - share * data.measured.widths[1:])
+    first, last = data.measured.ends
+    return data.at_share(share).at_places(np.clip(distances[1:], first * later, last * later) - share * later)
 
 
 def placed_as(data: Data, other: Jumping) -> Data:
@@ -249,7 +250,7 @@ def _behind(files: Sequence[File[Data]]) -> Array:
 
 
 def _along(columns: Array, found: FitResult, again: FitResult, step: Array, behind: Array) -> Array:
-    """Return derivatives ``columns`` (samples, j) as the last ``step`` (j,) of places has them, from one fit to another.
+    """Return derivatives ``columns`` (samples, j) as a ``step`` (j,) of places from one fit to the next has them.
 
     What differs from their prediction is due to the last jump before a sample, whose number is in ``behind``.
     """

@@ -42,8 +42,9 @@ class Lack:
     """What a fit lacks: ``relaxations``, for which there is strong evidence, or a ``law`` that is not linear.
 
     ``branches`` are relaxations of positive R and C. Since sums of these are a convex set, no linear strip is closer
-    where a fit lacks none, however many relaxations it has. ``anything`` is that the residuals follow the drive at all; ``share`` is the part of their squares that does.
-    ``coloured`` is that the test could tell, and the rest is no more autocorrelated than the readings at rest are.
+    where a fit lacks none, however many relaxations it has. ``anything`` is that the residuals follow the drive at all;
+    ``share`` is the part of their squares that does. ``coloured`` is that the test could
+    tell, and the rest is no more autocorrelated than the readings at rest are.
     """
 
     anything: bool = False

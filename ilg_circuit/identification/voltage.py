@@ -18,7 +18,6 @@ from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
 from .current import CurrentData
-from .port_model import PortModel
 from .port_response import Response
 from .start import model_start
 

@@ -139,3 +139,13 @@ def test_steps_near_a_minimum_are_accelerated_where_residuals_are_large() -> Non
     assert near.offset < 1e-6
     assert near.evaluations <= 12
     assert near.values == pytest.approx(whole.values, abs=0.01 * whole.errors.min())
+
+
+def test_steps_end_at_the_offset_that_is_asked_for() -> None:
+    data = decay(np.array([[2.0, 0.7]]))[0] + 0.1 * np.random.default_rng(1).standard_normal(len(T))
+    problem = Problem((observation(decay, data, ["first", "second"]),), (Parameter("first"), Parameter("second")))
+    start = np.array([2.6, 1.0])
+    rough, fine = fit_near(problem, start, offset=1e-2), fit_near(problem, start)
+    assert rough.evaluations < fine.evaluations
+    assert 1e-6 < rough.offset < 1e-2
+    assert np.abs(rough.values - fine.values).max() < 0.03 * fine.errors.min()

@@ -82,6 +82,17 @@ def test_an_onset_at_the_end_of_its_interval_stays_in_it() -> None:
     assert moved.drive.times[0] == 0.0
 
 
+def test_a_rough_place_lies_in_its_interval() -> None:
+    """Jumps at the readings that first show them, as is stated: a rough place lay behind these, where none was felt."""
+    data = CurrentData(measured(PiecewiseLinear.square(0.0, 2.0, 27.0, DURATION), 5, "first-level"), "exact", "square")
+    later, (first, last) = data.measured.widths[1:], data.measured.ends
+    assert last == 0.0
+    moved = at_distances(data, np.append(0.0, 0.2 * later))
+    assert moved.places == pytest.approx(np.zeros(len(later)))
+    places = np.array(data.roughly_placed().places)
+    assert ((places >= first * later) & (places <= last * later)).all()
+
+
 @pytest.mark.parametrize("drive", [square, stairs])
 @pytest.mark.parametrize("stated", ["first-level", None])
 def test_intervals_hold_the_truth(drive: Callable[[np.random.Generator], PiecewiseLinear], stated: Stated) -> None:
@@ -118,6 +129,19 @@ def test_a_square_wave_of_few_readings_a_cycle_is_placed(readings: float) -> Non
             low, high = found.parameters[name].reported[1]
             held += low <= value <= high
     assert held >= 19  # of 24; the three of one record are correlated
+
+
+def test_a_model_that_stays_far_behind_is_not_placed() -> None:
+    """Residuals that no places mend: beside a rival's of a tenth the jumps stay, and beside twice its own they move."""
+    data = CurrentData(measured(PiecewiseLinear.square(0.0, 2.0, 27.3, DURATION), 3), "exact", "square")
+    kind, begun = electrical_model("rc"), data.roughly_placed()
+    alone = begun.individual(kind, 0.0, None)
+    noise = alone.rms
+    for rival, moves in ((0.1 * noise, False), (2 * noise, True)):
+        found = replace(begun, rival=rival).individual(kind, 0.0, None).data
+        assert isinstance(found, CurrentData)
+        assert (found.places != begun.places) == moves
+        assert found.rival == np.inf
 
 
 def test_the_places_are_found() -> None:

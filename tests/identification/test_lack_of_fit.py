@@ -75,6 +75,23 @@ def test_a_time_constant_that_is_missing_is_found_below_the_noise(name: str) -> 
     assert np.mean([lack.share for lack in many]) == pytest.approx(0.35**2 / (1 + 0.35**2), abs=0.05)
 
 
+@pytest.mark.parametrize("by_current", [False, True])
+@pytest.mark.parametrize("name", ["staircase", "triangle"])
+def test_a_relaxation_of_negative_conductance_is_no_branch(name: str, by_current: bool) -> None:
+    """A current that falls behind a step, and the voltage under a current that rises, are those of R and C."""
+    drive = DRIVES[name]
+    missing = left(drive, wave(drive, 60.0))
+    missing *= 0.5 / float(np.sqrt(np.mean(missing**2)))
+    for sign in (1.0, -1.0):
+        # a low-pass is the drive less a high-pass, and the drive itself is explained
+        branch = sign > 0 if by_current else sign < 0
+        for k in range(10):
+            lack = lack_of_fit(T, drive, left(drive, noise(k)) + sign * missing, slopes(drive), by_current=by_current)
+            assert lack is not None
+            assert lack.relaxations
+            assert lack.branches == branch
+
+
 @pytest.mark.parametrize("name", ["staircase", "triangle"])
 @pytest.mark.parametrize("power", [2, 3])
 def test_a_law_of_the_voltage_is_found_and_told_from_relaxations(name: str, power: int) -> None:
@@ -91,6 +108,7 @@ def test_under_a_step_a_law_is_no_other_than_relaxations() -> None:
 
 def test_what_several_files_lack_is_what_any_of_them_does() -> None:
     assert Lack.of_any([Lack(), Lack(anything=True, law=True, share=0.2)]) == Lack(True, False, True, 0.2)
+    assert Lack.of_any([Lack(), Lack(branches=True)]) == Lack(branches=True)
     assert Lack.of_any([Lack(), None]) is None
     assert Lack.of_any([]) == Lack()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from every_model import port_of, strip_of, values_of
@@ -12,6 +14,7 @@ from ilg_circuit.identification.modal import perturbed
 from ilg_circuit.identification.motion import Motion
 from ilg_circuit.identification.port_model import PortModel
 from ilg_circuit.identification.port_response import (
+    Response,
     closed,
     current_slopes,
     currents_of,
@@ -19,7 +22,7 @@ from ilg_circuit.identification.port_response import (
     voltage_slopes,
     voltages_of,
 )
-from ilg_circuit.solve import transient
+from ilg_circuit.solve import collocation, transient
 from ilg_circuit.strip.actuator import Coupling
 from ilg_circuit.strip.models import Ladders, electrical_model
 
@@ -67,6 +70,72 @@ def test_voltages_are_the_engines(model: str) -> None:
     slopes = voltage_slopes(ports, CURRENT, T)
     assert slopes is not None
     assert slopes[0] == pytest.approx(expected, rel=1e-5, abs=1e-6)
+
+
+#: Levels whose jumps lie between samples, on one, and at the last one.
+LEVELS = PiecewiseLinear(
+    np.array([0.0, 4.4, 4.4, 10.0, 10.0, 21.3, 21.3, 30.0, 30.0]), np.array([2.0, 2, -1, -1, 3, 3, 0, 0, 1.5]), rest=1.0
+)
+
+
+def at_jump(drive: PiecewiseLinear, k: int, by: float) -> PiecewiseLinear:
+    """Return the drive with its jump ``k`` later ``by`` so many seconds."""
+    times = drive.times.copy()
+    times[2 * k - 1 : 2 * k + 1] += by
+    return replace(drive, times=times)
+
+
+@pytest.mark.parametrize(
+    ("model", "by_current"),
+    [
+        *((m, False) for m in ("rc", "rc3", "warburg", "rc2+sinh", "rc2+growing", "rc+steric", "rc+saturating")),
+        *((m, True) for m in ("rc2", "warburg", "rc2+growing", "rc+steric")),
+    ],
+)
+@pytest.mark.parametrize("electrodes", [0.0, 5.0])
+def test_derivatives_by_jumps_are_the_differences_of_answers(
+    monkeypatch: pytest.MonkeyPatch, model: str, by_current: bool, electrodes: float
+) -> None:
+    """Later by a little, and earlier; a sample on a jump has the right limit, which comes with an earlier one only."""
+    monkeypatch.setattr(collocation, "_ACCURACY", 1e-10)  # of which the differences leave ten thousand times
+    if "sinh" in model and electrodes:
+        electrodes = 0.0
+    port = electrical_model(model).port(values_of(model), electrodes, LADDERS)
+    by = 1e-7 if port.ladder else 1e-4  # a ladder answers a jump within microseconds
+    drive = replace(LEVELS, values=0.01 * LEVELS.values, rest=0.0, unit="A") if by_current else LEVELS
+    t = np.append(np.arange(-3.0, 30.0), 30.0)
+
+    def answer(of: PiecewiseLinear) -> np.ndarray:
+        return Response(of, by_current).answers([port], t[t >= 0])[0]
+
+    found = Response(drive, by_current).prediction(lambda values: [port] * len(values), t).by_jumps(np.zeros(1))
+    assert found is not None
+    assert found.shape == (len(t), 5)
+    assert not found[t < 0].any()
+    for k in range(1, 5):
+        on = bool(np.isin(drive.times[2 * k], t))
+        later, earlier = (0.0 if on else by), -by
+        expected = (answer(at_jump(drive, k, later)) - answer(at_jump(drive, k, earlier))) / (later - earlier)
+        # a difference to one side alone has an error in proportion to its step
+        close = 0.02 if on else 1e-5
+        assert np.abs(found[t >= 0, k] - expected).max() < close * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("model", ["rc2", "warburg", "rc+sinh", "rc2+growing", "rc+steric"])
+def test_an_answer_goes_with_all_its_jumps(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+    """The onset and all jumps later by the same time: the answer is the same, so much later."""
+    monkeypatch.setattr(collocation, "_ACCURACY", 1e-10)
+    port, t = port_of(model, 0.0), np.arange(0.5, 29.0)
+    found = Response(LEVELS).prediction(lambda values: [port] * len(values), t).by_jumps(np.zeros(1))
+    assert found is not None
+    later, earlier = (currents_of([port], LEVELS, t + by)[0] for by in (1e-4, -1e-4))
+    expected = (earlier - later) / 2e-4
+    assert np.abs(found.sum(axis=1) - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_derivatives_by_jumps_are_of_levels_alone() -> None:
+    port = port_of("rc", 0.0)
+    assert Response(DRIVE).prediction(lambda values: [port] * len(values), T).by_jumps(np.zeros(1)) is None
 
 
 def test_a_displacement_does_not_know_a_nonlinear_circuit_straight_across_the_voltage() -> None:

@@ -12,7 +12,7 @@ from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.identification.modal import STEP, perturbed
 from ilg_circuit.solve import collocation
-from ilg_circuit.solve.collocation import answer_slopes, answers
+from ilg_circuit.solve.collocation import Nearby, answer_slopes, answers
 from ilg_circuit.solve.ode import port_response
 from ilg_circuit.strip.models import electrical_model
 from ilg_circuit.strip.port import Port
@@ -130,3 +130,21 @@ def test_windows_of_time_give_what_the_whole_does(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(collocation, "_MOST_STEPS", 6)
     found = answers([port], drive, T)[0]
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("model", ["rc+growing", "rc2+growing+sinh", "rc+steric"])
+def test_answers_beside_another_are_the_same(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+    """Ports go far from the first in small steps and in large ones, beside which none is near."""
+    kind, values, nearby = electrical_model(model), np.array(values_of(model)), Nearby()
+    runs: list[int] = []
+    newton = collocation._newton
+    monkeypatch.setattr(collocation, "_newton", lambda *given: runs.append(1) or newton(*given))
+    for factor in (1.0, 1.02, 1.1, 1.3, 1.7, 5.0, 0.2):
+        port = kind.port((values * factor).tolist(), 5.0)
+        alone = answers([port], DRIVES["square"], T)[0]
+        few = len(runs)
+        beside = answers([port], DRIVES["square"], T, nearby=nearby)[0]
+        assert np.abs(beside - alone).max() < 1e-6 * np.abs(alone).max()
+        if factor in {1.02, 1.1}:
+            assert len(runs) - few < few
+        runs.clear()
