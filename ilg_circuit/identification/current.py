@@ -308,8 +308,9 @@ class CurrentData:
     def _with_jumps(self, found: IndividualFit, progress: Progress) -> IndividualFit:
         """Return the fit with the drive's later jumps where the current places them."""
         files = [((self,), (0,))]
-        how = {"progress": progress, "rival": self.rival}
-        placing, ((moved, _),), _ = placed(found.fit, files, lambda _, d: d.observation(found.model), **how)
+        placing, ((moved, _),), _ = placed(
+            found.fit, files, lambda _, d: d.observation(found.model), progress=progress, rival=self.rival
+        )
         return IndividualFit(replace(moved[0], rival=math.inf), found.model, placing)
 
     def roughly_placed(self) -> Self:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol, Self, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
@@ -206,7 +207,7 @@ def _descended(
     both = _changes(found, files, observe, places, (_STEP * moves * deviation)[None])
     if float(np.linalg.norm(both)) < _STEP * _FELT * float(np.sqrt(np.mean(found.residuals**2))):
         return found, tuple(files), np.zeros((len(found.residuals), 0))
-    behind = _behind(files)
+    behind = _behind(found.problem, files)
     columns, since, fine = np.zeros((len(found.residuals), 0)), np.inf, 1.0
     for last in (*[False] * (_ROUNDS - 1), True):
         if since > _STEP:
@@ -237,19 +238,19 @@ def _descended(
     return found, tuple(files), columns @ spread
 
 
-def _behind(files: Sequence[File[Data]]) -> Array:
-    """Return the number of the last jump before each sample of all files (samples,), of the onset before that."""
-    places: dict[int, Array] = {}
+def _behind(problem: Problem, files: Sequence[File[Data]]) -> NDArray[np.intp]:
+    """Return the number of the last jump before each sample (samples,), of the onset before that; -1 of other files."""
+    found = np.full(len(problem.data), -1)
     first = 0
     for data, at in files:
         for k, d in zip(at, data, strict=True):
             jumps = d.measured.drive.jumps(np.inf)[: len(d.measured.widths) - 1]
-            places[k] = first + np.searchsorted(jumps, d.abscissa, side="right")
+            found[problem.slices[k]] = first + np.searchsorted(jumps, d.abscissa, side="right")
         first += len(data[0].measured.widths)
-    return np.concatenate([places[k] for k in sorted(places)])
+    return found
 
 
-def _along(columns: Array, found: FitResult, again: FitResult, step: Array, behind: Array) -> Array:
+def _along(columns: Array, found: FitResult, again: FitResult, step: Array, behind: NDArray[np.intp]) -> Array:
     """Return derivatives ``columns`` (samples, j) as a ``step`` (j,) of places from one fit to the next has them.
 
     What differs from their prediction is due to the last jump before a sample, whose number is in ``behind``.
@@ -258,7 +259,7 @@ def _along(columns: Array, found: FitResult, again: FitResult, step: Array, behi
     moved = np.concatenate([again.values - found.values, again.nuisance - found.nuisance])
     missed = found.residuals - again.residuals - slopes @ moved - columns @ step
     own = step[behind]
-    changed, rows = columns.copy(), np.flatnonzero(np.abs(own) > _SAME_PLACE)
+    changed, rows = columns.copy(), np.flatnonzero((np.abs(own) > _SAME_PLACE) & (behind >= 0))
     changed[rows, behind[rows]] += missed[rows] / own[rows]
     return changed
 

@@ -167,7 +167,7 @@ def _passive(waves: Array, sign: float, tangent: Array, residuals: Array) -> Arr
     columns -= tangent @ (tangent.T @ columns)
     size = np.linalg.norm(columns, axis=0)
     size[size == 0] = 1.0
-    triangle = np.linalg.qr(columns / size, mode="r")
+    triangle: Array = np.asarray(np.linalg.qr(columns / size, mode="r"))
     amounts = nnls(triangle[:, :-1], triangle[:, -1], maxiter=100 * len(size))[0]
     return np.asarray(columns[:, -1] - (columns[:, :-1] * (size[-1] / size[:-1])) @ amounts)
 
