@@ -289,9 +289,9 @@ def with_starts(found: FitResult, starts: StartSummary) -> FitResult:
     return replace(found, starts=starts)
 
 
-def require_near(problem: Problem, x: Array, origin: Array) -> None:
-    """Raise SolveError, with names, if coordinates (n,) have diverged from their ``origin``."""
-    far = (np.abs(x - origin) > _RUNAWAY) & ~problem.scales.free
+def require_near(problem: Problem, x: Array, origin: Array, most: float = _RUNAWAY) -> None:
+    """Raise SolveError, with names, if coordinates (n,) have diverged from their ``origin`` by more than ``most``."""
+    far = (np.abs(x - origin) > most) & ~problem.scales.free
     lost = [label for label, away in zip(problem.labels, far, strict=True) if away]
     if lost:
         raise SolveError(f"{RAN_AWAY} ({', '.join(lost)})")

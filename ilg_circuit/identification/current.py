@@ -29,7 +29,7 @@ from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .jump_start import places_by_relaxation, placing_models
-from .jumps import at_distances, placed, too_many, unknown
+from .jumps import FAR_BEHIND, at_distances, placed, too_many, unknown
 from .modal import Ports
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
 from .port_response import ACCURACY, Response, closed, engine_currents
@@ -271,6 +271,8 @@ class CurrentData:
             return first
         found = begun._with_jumps(first, progress)
         assert isinstance(found.data, CurrentData)
+        if FAR_BEHIND * self.rival < found.rms:
+            return found
         moved, values = found.data._at_likely_onset(found.model, found.fit.values, progress)
         if moved is found.data:
             return found

@@ -29,6 +29,8 @@ _EVALUATIONS = 60
 #: Number of descents to the same least sum of squares, converged or not, at which the search stops; relative difference
 #: up to which it is the same: in a flat valley each descent ends elsewhere.
 _AGREEING, _ALIKE = 3, 1e-4
+#: Relative offset of a descent that has not settled, and distance of a logarithm from its start where it runs away.
+_UNSETTLED, _AWAY = 0.1, 6.0
 _SAMPLES = 300
 #: Relative residuals below this value are rounding errors of the closed form.
 _ROUNDING = 1e-11
@@ -55,6 +57,8 @@ def search_starts(
     origin = cheap.scales.coordinates(start)
     found = _descents(cheap, chain([origin], _scattered(cheap, origin, random, _FITS)), rounding)
     if found.near(_ALIKE) < 2:
+        if found.best.offset > _UNSETTLED:  # starts around it would run away as well
+            require_near(cheap, found.best.parameters, origin, _AWAY)
         around = chain([origin], _scattered(cheap, found.best.parameters, random, _MORE_FITS))
         found = gather([*found.runs, *_descents(cheap, around, rounding).runs], rounding)
     best = found.best.sum_of_squares

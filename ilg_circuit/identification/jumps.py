@@ -41,8 +41,8 @@ _ROUNDS, _SETTLED = 10, 0.05
 _ROUGH, _DRAWN = 1e-2, 0.3
 #: Move of a place that tells no derivative, in standard deviations.
 _SAME_PLACE = 1e-4
-#: Factor by which residuals must exceed another model's for places to be of no interest.
-_HOPELESS = 1.2
+#: Factor by which residuals exceed another model's beside which places of jumps and onset are of no interest.
+FAR_BEHIND = 1.2
 #: Signs of moves of neighbouring jumps, by rows orthogonal.
 _SIGNS = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
 #: Singular values below which columns are alike, and least standard deviation of residuals, relative to the largest.
@@ -216,7 +216,7 @@ def _descended(
             since = 0.0
         step, spread, weights = _step(found, columns, places / unit, ends, telling)
         settled = float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED
-        if last or settled or _HOPELESS * rival * float(weights.max()) < 1:
+        if last or settled or FAR_BEHIND * rival * float(weights.max()) < 1:
             break
         least, drawn = _squares(found, weights, places / unit), -found.projection @ (columns @ step) / found.units
         for part in _PARTS:
