@@ -26,6 +26,7 @@ from sets import (
     CORRELATED,
     FILMED,
     FORCED,
+    JUMPS,
     LEVELS,
     SPECTRA,
     STEPS,
@@ -85,6 +86,9 @@ GROUPS = {
     "step": Group(tuple(STEPS), step_trial, _truths(STEPS), moved=_MOVED),
     "step, onset stated": Group(tuple(STEPS), partial(step_trial, given=True), _truths(STEPS)),
     "levels, onset stated": Group(tuple(LEVELS), level_trial, _truths(LEVELS)),
+    "levels, jumps between readings": Group(
+        tuple(JUMPS), partial(level_trial, given=False), _truths(JUMPS), (0.93, 1.0), _MOVED
+    ),
     "current controlled, onset stated": Group(tuple(FORCED), forced_trial, _truths(FORCED)),
     "displacement": Group(("d(s)",), displacement_trial, _displacement, moved=_MOVED),
     "displacement, onset stated": Group(("d(s)",), partial(displacement_trial, given=True), _displacement),

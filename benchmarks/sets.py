@@ -101,6 +101,8 @@ LEVELS = {
     "rc+sinh": Case((400.0, 20.0, 0.2, 0.8), 0.0, 0.005),
     "rc+growing": Case((400.0, 20.0, 0.2, 0.3), 0.0, 0.005),
 }
+#: Under levels whose jumps lie between readings.
+JUMPS = {name: STEPS[name] for name in ("rc", "rc2", "warburg")} | {"rc+growing": LEVELS["rc+growing"]}
 #: Under a current [A]: the paper's strip, and two branches.
 FORCED = {
     "rc": Case((666.667, 19.43635, 0.35), 0.0, 1e-3),
@@ -217,19 +219,24 @@ def _allowed(found: Identification, case: Case, interval: float) -> dict[str, fl
     return allowed
 
 
-def level_trial(model: str) -> Trial:
-    """Currents under six levels of both signs, 301 samples over 60 s; by ngspice, the onset being stated."""
-    case, kind = LEVELS[model], electrical_model(model)
-    port, duration = kind.port(case.values, case.held), (SAMPLES - 1) * SPACING
-    times = np.repeat(np.arange(0.0, duration, duration / 6), 2)[1:]
+def level_trial(model: str, *, given: bool = True) -> Trial:
+    """Currents under six levels of both signs, 301 samples over 60 s; nonlinear ones are judged by ngspice.
+
+    ``given``: the onset is stated, and the levels are of one length; else all jumps lie anywhere between readings.
+    """
+    case, kind = (LEVELS if given else JUMPS)[model], electrical_model(model)
+    port, engine = kind.port(case.values, case.held), "exact" if kind.linear else "ngspice"
+    length = (SAMPLES - 1) * SPACING / 6
     levels = np.repeat([0.5, 2.0, -1.0, 1.0, -2.0, 0.0], 2)[:-1]
 
     def trial(k: int) -> Drawn:
-        random = random_of(f"levels:{model}", k)
-        clock = Clock.of(SAMPLES, RESTING, SPACING, 1.0)
-        table = current_table(port, clock, PiecewiseLinear(times, levels), case.noise, random)
-        record = prepare(table, clock.onset)
-        return Drawn(intervals_of(identify(record, model=model, electrode_resistance=case.held)), clock.fraction)
+        random = random_of(f"levels:{model}" if given else f"jumps:{model}", k)
+        clock = Clock.of(SAMPLES, RESTING, SPACING, 1.0 if given else FRACTIONS[k % len(FRACTIONS)])
+        jumps = length * (np.arange(1, 6) + (0.0 if given else random.uniform(-0.2, 0.2, 5)))
+        volts = PiecewiseLinear(np.append(0.0, np.repeat(jumps, 2)), levels)
+        record = prepare(current_table(port, clock, volts, case.noise, random), clock.onset if given else None)
+        found = identify(record, model=model, electrode_resistance=case.held, engine=engine)
+        return Drawn(intervals_of(found), clock.fraction)
 
     return trial
 
