@@ -311,7 +311,7 @@ class _Trial:
         self._places[place] = (sum(s / v * share for s, v, share in pairs), x)
 
     def _begin(self, place: float) -> Array:
-        """Return the coordinates (n,) at the nearest earlier place, or on a line through two that are far apart."""
+        """Return coordinates (n,) on a line through the two nearest places, or at the nearest if far from both."""
         near = sorted(self._places, key=lambda other: abs(other - place))[:2]
         if not near:
             return self._found.coordinates

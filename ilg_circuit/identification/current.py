@@ -302,8 +302,10 @@ class CurrentData:
         except SolveError:
             for simpler in placing_models(kind) if begun is not self else ():
                 with suppress(SolveError):
-                    better = self.individual(electrical_model(simpler), held, progress).data
+                    alone = replace(self, rival=math.inf)
+                    better = alone.individual(electrical_model(simpler), held, progress).data
                     assert isinstance(better, CurrentData)
+                    better = replace(better, rival=self.rival)
                     return better, better._individual(kind, held, progress)
             raise
 

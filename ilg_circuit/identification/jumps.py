@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Protocol, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
@@ -27,7 +26,7 @@ from .port_model import BRACKET
 
 #: Most jumps whose places are fitted, and most readings times jumps.
 _MOST_JUMPS, _LARGE = 200, 20_000_000
-#: Step of a place for derivatives, in standard deviations, and how far places move before these are computed again.
+#: Step of a place for differences, in standard deviations, and how far places move before these are computed again.
 _STEP = 0.3
 #: Parts of a step that are tried, and the factor of steps for derivatives where none of them leads downwards: a jump
 #: near a reading changes a current of diffusion much more than in proportion.
@@ -39,8 +38,6 @@ _FELT = 0.1
 _ROUNDS, _SETTLED = 10, 0.05
 #: Relative offset that ends fits between steps, and the most that a step draws the logarithm of a parameter along.
 _ROUGH, _DRAWN = 1e-2, 0.3
-#: Move of a place that tells no derivative, in standard deviations.
-_SAME_PLACE = 1e-4
 #: Factor by which residuals exceed another model's beside which places of jumps and onset are of no interest.
 FAR_BEHIND = 1.2
 #: Signs of moves of neighbouring jumps, by rows orthogonal.
@@ -186,8 +183,11 @@ def placed(
     """
     near, there, left = _descended(found, files, observe, telling, progress, rival)
     if near is found:
+        return found, there, left
+    try:
+        return with_starts(fit_near(near.problem, near.values, progress), found.starts), there, left
+    except SolveError:
         return found, tuple(files), left
-    return with_starts(fit_near(near.problem, near.values, progress), found.starts), there, left
 
 
 def _descended(
@@ -207,13 +207,11 @@ def _descended(
     both = _changes(found, files, observe, places, (_STEP * moves * deviation)[None])
     if float(np.linalg.norm(both)) < _STEP * _FELT * float(np.sqrt(np.mean(found.residuals**2))):
         return found, tuple(files), np.zeros((len(found.residuals), 0))
-    behind = _behind(found.problem, files)
     columns, since, fine = np.zeros((len(found.residuals), 0)), np.inf, 1.0
     for last in (*[False] * (_ROUNDS - 1), True):
-        if since > _STEP:
-            moves = fine * _STEP * _inward(places / unit, ends)
-            columns = _changes(found, files, observe, places, np.diag(moves * deviation)) / moves
-            since = 0.0
+        known, since = (None, 0.0) if since > _STEP else (columns * moves, since)
+        moves = fine * _STEP * _inward(places / unit, ends) if known is None else moves
+        columns = _changes(found, files, observe, places, np.diag(moves * deviation), known) / moves
         step, spread, weights = _step(found, columns, places / unit, ends, telling)
         settled = float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED
         if last or settled or FAR_BEHIND * rival * float(weights.max()) < 1:
@@ -227,7 +225,6 @@ def _descended(
             except SolveError:
                 return found, tuple(files), columns @ spread
             if _squares(again, weights, places / unit + part * step) < least:
-                columns = _along(columns, found, again, part * step, behind)
                 found, files, places = again, there, places + part * step * unit
                 since += part * float(np.abs(step).max())
                 break
@@ -236,32 +233,6 @@ def _descended(
                 break
             since, fine = np.inf, _FINE
     return found, tuple(files), columns @ spread
-
-
-def _behind(problem: Problem, files: Sequence[File[Data]]) -> NDArray[np.intp]:
-    """Return the number of the last jump before each sample (samples,), of the onset before that; -1 of other files."""
-    found = np.full(len(problem.data), -1)
-    first = 0
-    for data, at in files:
-        for k, d in zip(at, data, strict=True):
-            jumps = d.measured.drive.jumps(np.inf)[: len(d.measured.widths) - 1]
-            found[problem.slices[k]] = first + np.searchsorted(jumps, d.abscissa, side="right")
-        first += len(data[0].measured.widths)
-    return found
-
-
-def _along(columns: Array, found: FitResult, again: FitResult, step: Array, behind: NDArray[np.intp]) -> Array:
-    """Return derivatives ``columns`` (samples, j) as a ``step`` (j,) of places from one fit to the next has them.
-
-    What differs from their prediction is due to the last jump before a sample, whose number is in ``behind``.
-    """
-    slopes = (found.slopes + again.slopes) / 2
-    moved = np.concatenate([again.values - found.values, again.nuisance - found.nuisance])
-    missed = found.residuals - again.residuals - slopes @ moved - columns @ step
-    own = step[behind]
-    changed, rows = columns.copy(), np.flatnonzero((np.abs(own) > _SAME_PLACE) & (behind >= 0))
-    changed[rows, behind[rows]] += missed[rows] / own[rows]
-    return changed
 
 
 def _observed(problem: Problem, files: Sequence[File[Data]], observe: Observe[Data]) -> Problem:
@@ -297,12 +268,20 @@ def _inward(places: Array, ends: Array) -> Array:
 
 
 def _changes(
-    found: FitResult, files: Sequence[File[Data]], observe: Observe[Data], places: Array, moves: Array
+    found: FitResult,
+    files: Sequence[File[Data]],
+    observe: Observe[Data],
+    places: Array,
+    moves: Array,
+    before: Array | None = None,
 ) -> Array:
-    """Return changes of the prediction over the sigmas (samples, m) by ``moves`` [s] (m, j) from ``places`` (j,)."""
+    """Return changes of the prediction over the sigmas (samples, m) by ``moves`` [s] (m, j) from ``places`` (j,).
+
+    Where they are no closed form, those ``before`` (samples, m) are kept, if given.
+    """
     problem = found.problem
     values = np.concatenate([found.values, list(problem.fixed.values())])
-    changes = np.zeros((len(found.residuals), len(moves)))
+    changes = np.zeros((len(found.residuals), len(moves))) if before is None else before.copy()
     first = 0
     for data, at in files:
         here = slice(first, first + len(data[0].measured.widths))
@@ -313,11 +292,13 @@ def _changes(
             if known is not None:
                 count = min(known.shape[1], here.stop - here.start)
                 changed = known[:, :count] @ moves[:, here][:, :count].T
-            else:
-                changed, before = np.zeros((len(d.data), len(moves))), predict(own[None])[0]
+            elif before is None:
+                changed, unmoved = np.zeros((len(d.data), len(moves))), predict(own[None])[0]
                 for column in np.flatnonzero(moves[:, here].any(axis=1)).tolist():
                     moved = observe(k, at_distances(d, (places + moves[column])[here]))
-                    changed[:, column] = moved.predict(own[None])[0] - before
+                    changed[:, column] = moved.predict(own[None])[0] - unmoved
+            else:
+                continue
             changes[problem.slices[k]] = changed / np.atleast_1d(problem.observations[k].sigma)[:, None]
     return changes
 

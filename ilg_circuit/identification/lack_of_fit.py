@@ -41,10 +41,10 @@ _MOST_CORRELATED = 0.999
 class Lack:
     """What a fit lacks: ``relaxations``, for which there is strong evidence, or a ``law`` that is not linear.
 
-    ``branches`` are relaxations of positive R and C. Since sums of these are a convex set, no linear strip is closer
-    where a fit lacks none, however many relaxations it has. ``anything`` is that the residuals follow the drive at all;
-    ``share`` is the part of their squares that does. ``coloured`` is that the test could
-    tell, and the rest is no more autocorrelated than the readings at rest are.
+    ``branches`` are relaxations of positive R and C. Since sums of these are a convex set, linear strips with more
+    relaxations than a fit of free branches are hardly closer where it lacks none. ``anything`` is that the residuals
+    follow the drive at all; ``share`` is the part of their squares that does. ``coloured`` is that the test could tell,
+    and the rest is no more autocorrelated than the readings at rest are.
     """
 
     anything: bool = False
@@ -164,9 +164,12 @@ def _passive(waves: Array, sign: float, tangent: Array, residuals: Array) -> Arr
     from scipy.optimize import nnls
 
     columns = np.hstack([sign * waves, -sign * waves[:, -1:], residuals[:, None]])
+    whole = np.linalg.norm(columns, axis=0)
     columns -= tangent @ (tangent.T @ columns)
     size = np.linalg.norm(columns, axis=0)
-    size[size == 0] = 1.0
+    beside = size > _LEFT * whole  # others are rounding
+    beside[-1] = True
+    columns, size = columns[:, beside], np.where(size > 0, size, 1.0)[beside]
     triangle: Array = np.asarray(np.linalg.qr(columns / size, mode="r"))
     amounts = nnls(triangle[:, :-1], triangle[:, -1], maxiter=100 * len(size))[0]
     return np.asarray(columns[:, -1] - (columns[:, :-1] * (size[-1] / size[:-1])) @ amounts)

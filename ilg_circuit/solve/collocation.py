@@ -284,14 +284,16 @@ def jump_slopes(
 ) -> Array:
     """Return derivatives [1/s] (samples, j) of a port's answer by the times of the onset and of the ``drive``'s jumps.
 
-    Between jumps up to the last of ``t`` (samples,) the drive is constant. A jump that comes later moves the states
-    from there on by what it adds to their rates. Raises SolveError as `answer_slopes`.
+    Between jumps up to the last of ``t`` (samples,) the drive must be constant. A jump that comes later moves the
+    states from there on by what it adds to their rates. Raises SolveError as `answer_slopes`.
     """
     equations = PortEquations(port, by_current)
     solution = _solved(equations, drive, t, nearby or Nearby())
     jumps = jumps_until(drive, float(t[-1]))
     after, x = drive.value(jumps), solution.at(jumps)
     moved = equations.rates(np.append(drive.rest, after[:-1]), x)[0] - equations.rates(after, x)[0]
+    if by_current:  # without charge before the onset, at rest
+        moved[:, 0] = -equations.rates(after, x)[0][:, 0]
     right = np.zeros((3, len(jumps), *solution.states.shape[1:]))
     steps = np.searchsorted(solution.mesh.nodes, jumps)
     inside = np.flatnonzero(steps < right.shape[-1])

@@ -192,8 +192,8 @@ def modal_slopes(
 def modal_jump_slopes(system: StateSpace, output: str, drive: Drive, times: Array) -> Array | None:
     """Return derivatives (times, j) of one output of a netlist by the times [s] of the onset and of the drive's jumps.
 
-    Between jumps up to the last of ``times`` [s] the drive is constant. A jump that comes later moves the output from
-    there on by that of an impulse. None where modes cancel.
+    Between jumps up to the last of ``times`` [s] the drive must be constant. A jump that comes later moves the output
+    from there on by that of an impulse. None where eigenvectors are nearly parallel, see `modes_of`.
     """
     modes = modes_of(system)
     if modes is None:
