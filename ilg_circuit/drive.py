@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 NETLIST_RISE = 1e-6
 
 #: Times that differ by less than this fraction are equal up to rounding.
-_ROUNDING = 1e-12
+ON_EDGE = 1e-12
 
 
 class Drive(Protocol):
@@ -159,7 +159,7 @@ class PiecewiseLinear:
             raise InputError(
                 f"square wave: {duration / period:.3g} periods are more than 1000000; shorten the duration"
             )
-        count = int(duration / period * (1 + _ROUNDING)) + 1
+        count = int(duration / period * (1 + ON_EDGE)) + 1
         starts = np.arange(count) * period
         edges = np.column_stack([starts, starts + duty * period]).ravel()
         levels = np.tile([high, low], count)
@@ -183,7 +183,7 @@ class PiecewiseLinear:
     def value(self, t: ArrayLike) -> Array:
         time = np.asarray(t, dtype=float)
         # a time that misses an edge by rounding is on it
-        after = np.searchsorted(self.times, time + _ROUNDING * np.abs(time), side="right")
+        after = np.searchsorted(self.times, time + ON_EDGE * np.abs(time), side="right")
         left, right = np.clip(after - 1, 0, None), np.clip(after, None, len(self.times) - 1)
         span = self.times[right] - self.times[left]
         fraction = np.where(span > 0, (time - self.times[left]) / np.where(span > 0, span, 1), 0.0)
@@ -320,11 +320,11 @@ def drive_findings(drive: Drive) -> tuple[Finding, ...]:
 
 def drive_times(drive: Drive, times: Array) -> Array:
     """Return ``times`` (n,) [s], those that miss an edge of the drive by rounding moved onto it (its right limit)."""
-    edges = drive.breakpoints(float(times[-1]) * (1 + _ROUNDING)) if len(times) else times
+    edges = drive.breakpoints(float(times[-1]) * (1 + ON_EDGE)) if len(times) else times
     if not len(edges):
         return times
     after = np.searchsorted(edges, times)
     for nearest in (after - 1, after):
         edge = edges[np.clip(nearest, 0, len(edges) - 1)]
-        times = np.where(np.abs(times - edge) <= _ROUNDING * edge, edge, times)
+        times = np.where(np.abs(times - edge) <= ON_EDGE * edge, edge, times)
     return times

@@ -14,7 +14,7 @@ from ..arrays import Array, plain
 from ..circuit.load import Load
 from ..circuit.strip import strip_netlist
 from ..drive import Drive
-from ..errors import InputError, argument, wrong_choice
+from ..errors import InputError, argument, first_line, wrong_choice
 from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..simulation.response import transient_band
@@ -207,7 +207,7 @@ def _from_python(path: Path) -> Controller:
     try:
         names = run_path(str(path))
     except Exception as error:  # the file is the user's program: whatever it raises ends as one line
-        raise InputError(f"'{path}' cannot be run: {type(error).__name__}: {error}") from None
+        raise InputError(f"'{path}' cannot be run: {type(error).__name__}: {first_line(error)}") from None
     found: Any = names.get("controller", SimpleNamespace(step=names.get("step")))
     if not callable(getattr(found, "step", None)):
         raise InputError(

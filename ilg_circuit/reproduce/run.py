@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..errors import IlgError, InputError
+from ..errors import IlgError, InputError, first_line
 from ..extras import require_arm
 from ..files import require_writable, write_text
 from ..provenance import Provenance
@@ -30,7 +30,7 @@ def run(items: Sequence[Item], progress: Callable[[int, int], None] | None = Non
         except IlgError as error:
             failure = str(error)
         except Exception as error:  # a fault in one item must not stop the others; page and exit code report it
-            failure = f"{type(error).__name__}: {error}"
+            failure = f"{type(error).__name__}: {first_line(error)}"
         outcomes.append(Outcome(item, made, failure, time.monotonic() - start))
         if progress:
             progress(k + 1, len(items))

@@ -20,12 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..drive import PiecewiseLinear
+from ..drive import ON_EDGE, PiecewiseLinear
 from ..errors import SolveError
 from ..strip.port import Port
 from .modes import recursion
 from .port_equations import PortEquations
-from .waves import ON_EDGE, jumps_until
+from .waves import jumps_until
 
 #: What a cubic may miss over a step, relative to the largest state.
 _ACCURACY = 2e-6

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array, one_thread
-from ..drive import Drive, Drives, each
+from ..drive import ON_EDGE, Drive, Drives, each
 from ..errors import SolveError
 from .modes import CANCELLING, decomposed, modes_of
 from .panels import FRACTIONS, Panels
@@ -22,7 +22,6 @@ from .propagators import Propagators
 from .state_space import StateSpace
 from .waves import (
     BLOCK,
-    ON_EDGE,
     drive_at,
     drive_lines,
     interval_grid,

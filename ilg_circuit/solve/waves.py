@@ -10,15 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..drive import Drive
+from ..drive import ON_EDGE, Drive
 from .modes import Numbers, fallen, phi_pair, phi_slopes, recursion
 
 #: Number of intervals, or of samples, whose states are held at once.
 BLOCK = 2000
 #: Samples per edge of the drive above which a run is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 2
-#: Relative distance up to which a sample is on an edge of the drive.
-ON_EDGE = 1e-12
 #: Most samples of a course that is kept for the next call: a fit asks for the same times again and again.
 _MOST_SAMPLES = 20_000
 
