@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from ..errors import IlgError, SolveError
-from .fitting import fit
+from .fitting import fit, require_near
 from .problem import Problem
 from .result import FitResult
 
@@ -340,7 +340,8 @@ class _Trial:
                 fresh = False
             try:
                 step = tangent.step(residuals)
-            except np.linalg.LinAlgError:
+                require_near(problem, x + step, start)
+            except (np.linalg.LinAlgError, SolveError):
                 break
             if not np.isfinite(step).all():
                 break

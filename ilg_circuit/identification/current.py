@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, Self
@@ -244,13 +243,16 @@ class CurrentData:
         after = self.channel.time >= 0
         rest = self.channel.values[~after]
         i = self.channel.values[after] - (float(np.median(rest)) if len(rest) else 0.0)
-        u = self.measured.drive.value(self.channel.time[after]) - self.measured.drive.rest
+        u = self.measured.drive.value(self.channel.time[after])
         k = int(np.argmax(np.abs(i)))
-        if held and held * abs(i[k]) >= abs(u[k]):
+        # ions may hold any voltage of the past, so that a strip that is discharged gives a current at no voltage
+        past = np.append(u[: k + 1], self.measured.drive.rest)
+        reach = float(np.abs(past - u[k]).max())
+        if held and held * abs(i[k]) >= reach:
             peak = format_quantity(abs(i[k]), "A", 4)
             raise InputError(
                 f"electrode resistance {held:g} ohm is too large: the peak current of {peak} allows less than "
-                f"{abs(u[k] / i[k]):.4g} ohm"
+                f"{reach / abs(i[k]):.4g} ohm"
             )
 
     def holds(self, kind: ElectricalModel) -> bool:
@@ -266,10 +268,37 @@ class CurrentData:
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
-        begun, first = self._begun(kind, held, progress)
+        if not unknown(self) or self.places:
+            return self._from_places(kind, held, progress)
+        return self._by_simpler(kind, held, progress) or self.roughly_placed()._from_places(kind, held, progress)
+
+    def _by_simpler(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit | None:
+        """Return the fit that begins with the drive's jumps where a simpler model's fit has them, None without one.
+
+        Where it has no minimum there, jumps begin where one relaxation places them. A model contains simpler ones, so
+        that a fit which leaves more than theirs has the jumps in wrong places: then the error is raised.
+        """
+        for simpler in placing_models(kind):
+            try:
+                closer = replace(self, rival=math.inf).individual(electrical_model(simpler), held, progress)
+            except SolveError:
+                continue
+            assert isinstance(closer.data, CurrentData)
+            try:
+                return replace(closer.data, rival=self.rival)._from_places(kind, held, progress)
+            except SolveError:
+                found = self.roughly_placed()._from_places(kind, held, progress)
+                if found.rms > FAR_BEHIND * closer.rms:
+                    raise
+                return found
+        return None
+
+    def _from_places(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
+        """Return the fit that begins with the jumps where they are."""
+        first = self._individual(kind, held, progress)
         if not unknown(self):
             return first
-        found = begun._with_jumps(first, progress)
+        found = self._with_jumps(first, progress)
         assert isinstance(found.data, CurrentData)
         if FAR_BEHIND * self.rival < found.rms:
             return found
@@ -290,24 +319,6 @@ class CurrentData:
         near = fit_near(port_problem((few,), model, (1.0,)), values, progress)
         share = likeliest(near, lambda x: port_problem((few.at_share(x),), model, (1.0,)), BRACKET)
         return (self.at_share(share) if share else self), near.values
-
-    def _begun(self, kind: ElectricalModel, held: float, progress: Progress) -> tuple[CurrentData, IndividualFit]:
-        """Return the data with the drive's jumps in places, rough ones if they have none, and the first fit.
-
-        One relaxation may misplace them so far that a model has no minimum; a simpler model's fit places them better.
-        """
-        begun = self if self.places else self.roughly_placed()
-        try:
-            return begun, begun._individual(kind, held, progress)
-        except SolveError:
-            for simpler in placing_models(kind) if begun is not self else ():
-                with suppress(SolveError):
-                    alone = replace(self, rival=math.inf)
-                    better = alone.individual(electrical_model(simpler), held, progress).data
-                    assert isinstance(better, CurrentData)
-                    better = replace(better, rival=self.rival)
-                    return better, better._individual(kind, held, progress)
-            raise
 
     def _with_jumps(self, found: IndividualFit, progress: Progress) -> IndividualFit:
         """Return the fit with the drive's later jumps where the current places them."""

@@ -18,6 +18,7 @@ from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
 from ..fit.fitting import fit_near, with_starts
+from ..fit.identifiability import DETERMINED
 from ..fit.observation import Observation, WithSlopes
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
@@ -38,6 +39,8 @@ _FELT = 0.1
 _ROUNDS, _SETTLED = 10, 0.05
 #: Relative offset that ends fits between steps, and the most that a step draws the logarithm of a parameter along.
 _ROUGH, _DRAWN = 1e-2, 0.3
+#: Most evaluations of a fit between steps.
+_MOST = 40
 #: Factor by which residuals exceed another model's beside which places of jumps and onset are of no interest.
 FAR_BEHIND = 1.2
 #: Signs of moves of neighbouring jumps, by rows orthogonal.
@@ -204,14 +207,15 @@ def _descended(
     unit = np.where(deviation > 0, deviation, 1.0)
     ends = np.hstack([_ends(data[0]) for data, _ in files])
     moves = _inward(places / unit, ends)
-    both = _changes(found, files, observe, places, (_STEP * moves * deviation)[None])
+    both, _ = _changes(found, files, observe, places, (_STEP * moves * deviation)[None])
     if float(np.linalg.norm(both)) < _STEP * _FELT * float(np.sqrt(np.mean(found.residuals**2))):
         return found, tuple(files), np.zeros((len(found.residuals), 0))
-    columns, since, fine = np.zeros((len(found.residuals), 0)), np.inf, 1.0
+    columns, since, fine, closed = np.zeros((len(found.residuals), 0)), np.inf, 1.0, False
     for last in (*[False] * (_ROUNDS - 1), True):
         known, since = (None, 0.0) if since > _STEP else (columns * moves, since)
         moves = fine * _STEP * _inward(places / unit, ends) if known is None else moves
-        columns = _changes(found, files, observe, places, np.diag(moves * deviation), known) / moves
+        columns, closed = _changes(found, files, observe, places, np.diag(moves * deviation), known)
+        columns /= moves
         step, spread, weights = _step(found, columns, places / unit, ends, telling)
         settled = float(np.linalg.norm(np.linalg.solve(spread, step))) < _SETTLED
         if last or settled or FAR_BEHIND * rival * float(weights.max()) < 1:
@@ -219,20 +223,35 @@ def _descended(
         least, drawn = _squares(found, weights, places / unit), -found.projection @ (columns @ step) / found.units
         for part in _PARTS:
             there = _moved(files, places + part * step * unit)
-            start = found.problem.scales.values(found.coordinates + np.clip(part * drawn, -_DRAWN, _DRAWN))
-            try:
-                again = fit_near(_observed(found.problem, there, observe), start, progress, offset=_ROUGH)
-            except SolveError:
-                return found, tuple(files), columns @ spread
-            if _squares(again, weights, places / unit + part * step) < least:
+            again = _fitted_there(found, _observed(found.problem, there, observe), part * drawn, progress)
+            if again is not None and _squares(again, weights, places / unit + part * step) < least:
                 found, files, places = again, there, places + part * step * unit
                 since += part * float(np.abs(step).max())
                 break
         else:
-            if fine < 1.0 and not since:
+            if closed or (fine < 1.0 and not since):
                 break
             since, fine = np.inf, _FINE
     return found, tuple(files), columns @ spread
+
+
+def _fitted_there(found: FitResult, problem: Problem, drawn: Array, progress: Progress) -> FitResult | None:
+    """Return the rough fit of ``problem``, begun ``drawn`` (n,) from the coordinates of ``found``.
+
+    It is None where it fails, or leads to where the data no longer determine a parameter: half a step may not.
+    """
+    start = problem.scales.values(found.coordinates + np.clip(drawn, -_DRAWN, _DRAWN))
+    try:
+        again = fit_near(problem, start, progress, _MOST, offset=_ROUGH)
+    except SolveError:
+        return None
+    vague = (_vagueness(again) > np.maximum(_vagueness(found), DETERMINED)) & ~problem.scales.free
+    return None if vague.any() else again
+
+
+def _vagueness(found: FitResult) -> Array:
+    """Return the standard errors (n,) of the coordinates, which are logarithms of what is positive."""
+    return np.sqrt(np.diag(found.covariance)[: len(found.values)]) / found.units
 
 
 def _observed(problem: Problem, files: Sequence[File[Data]], observe: Observe[Data]) -> Problem:
@@ -274,21 +293,22 @@ def _changes(
     places: Array,
     moves: Array,
     before: Array | None = None,
-) -> Array:
+) -> tuple[Array, bool]:
     """Return changes of the prediction over the sigmas (samples, m) by ``moves`` [s] (m, j) from ``places`` (j,).
 
-    Where they are no closed form, those ``before`` (samples, m) are kept, if given.
+    Where they are no closed form, those ``before`` (samples, m) are kept, if given. The second is True where all are.
     """
     problem = found.problem
     values = np.concatenate([found.values, list(problem.fixed.values())])
     changes = np.zeros((len(found.residuals), len(moves))) if before is None else before.copy()
-    first = 0
+    first, closed = 0, True
     for data, at in files:
         here = slice(first, first + len(data[0].measured.widths))
         first = here.stop
         for k, d in zip(at, data, strict=True):
             own, predict = values[problem.places[k]], problem.observations[k].predict
             known = predict.by_jumps(own) if isinstance(predict, WithJumps) else None
+            closed &= known is not None
             if known is not None:
                 count = min(known.shape[1], here.stop - here.start)
                 changed = known[:, :count] @ moves[:, here][:, :count].T
@@ -300,7 +320,7 @@ def _changes(
             else:
                 continue
             changes[problem.slices[k]] = changed / np.atleast_1d(problem.observations[k].sigma)[:, None]
-    return changes
+    return changes, closed
 
 
 def _step(

@@ -72,6 +72,7 @@ class MeasuredDrive:
         times = drive.times - onset
         times[at] += later
         times[at - 1] += later
+        times = np.maximum(times, _BEHIND * width)  # the first reading after the onset is none before it
         times[0] = 0.0
         return replace(drive, times=times)
 

@@ -7,6 +7,7 @@ true voltage; the readings tell only between which two of them it jumped.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 import every_model
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 import ilg_circuit as ilg
 from ilg_circuit.arrays import Array
 from ilg_circuit.drive import Drive, PiecewiseLinear
+from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.findings import codes
 from ilg_circuit.identification import identify
 from ilg_circuit.identification.comparison import compare
@@ -129,6 +131,38 @@ def test_a_square_wave_of_few_readings_a_cycle_is_placed(readings: float) -> Non
             low, high = found.parameters[name].reported[1]
             held += low <= value <= high
     assert held >= 19  # of 24; the three of one record are correlated
+
+
+@pytest.mark.parametrize("stated", [None, "first-level"])
+@pytest.mark.parametrize("model", ["rc2", "warburg"])
+def test_a_model_of_too_much_leaves_noise_or_has_no_answer(model: str, stated: Stated) -> None:
+    """From rough places its fit ended at four to six times the noise, with an interval of Rdc far off."""
+    for seed in range(3):
+        record = measured(PiecewiseLinear.square(0.0, 2.0, 27.3, DURATION), seed, stated)
+        assert record.current is not None
+        noise = 1e-3 * float(np.abs(record.current.values).max())
+        with suppress(SolveError):
+            found = identify(record, model=model, engine="exact").port
+            assert found is not None
+            assert found.rms[0] < 1.25 * noise
+
+
+@pytest.mark.parametrize("share", [0.5 - 1e-16, 0.5, 0.5 + 1e-16])
+def test_a_corner_at_the_end_of_the_onsets_interval(share: float) -> None:
+    """By rounding it lay before the onset, and no answer came of a staircase with noise."""
+    width = 0.4013377926421402
+    drive = PiecewiseLinear([0.0, width / 2, 10.0, 10.0, 20.0], [1.0, 1.1, 1.1, -1.0, -1.0])
+    moved = MeasuredDrive(drive, np.array([width, width])).moved(share, width)
+    assert moved.times[0] == 0 < moved.times[1] < moved.times[2]
+
+
+def test_a_discharge_to_no_voltage_has_a_peak_current() -> None:
+    """The peak of the current of a strip that is discharged told that no Re was small enough."""
+    drive = PiecewiseLinear([0.0, 40.0, 40.0, DURATION], [-2.0, -2.0, 0.0, 0.0])
+    data = CurrentData(measured(drive, 1, None), "exact", "discharge")
+    data.require_electrode_resistance(2.0)
+    with pytest.raises(InputError, match="allows less than"):
+        data.require_electrode_resistance(40.0)
 
 
 def test_a_model_that_stays_far_behind_is_not_placed() -> None:
