@@ -28,6 +28,7 @@ from sets import (
     FORCED,
     JUMPS,
     LEVELS,
+    OPEN,
     SPECTRA,
     STEPS,
     Case,
@@ -80,11 +81,17 @@ def _displacement(_: str) -> dict[str, float]:
     return {"dynamic_resistance": resistance, "capacitance": capacitance, **displacement_truth()}
 
 
+def _open(model: str) -> dict[str, float]:
+    """Of a strip without an electron path, the resistance of both ends of the spectrum is no quantity."""
+    return {name: value for name, value in truth_of(model, OPEN[model]).items() if name != "steady_resistance"}
+
+
 _MOVED = ("dynamic_resistance", "capacitance", "resistance_", "total_capacitance")
 GROUPS = {
     "spectrum": Group(tuple(SPECTRA), spectrum_trial, _truths(SPECTRA)),
     "step": Group(tuple(STEPS), step_trial, _truths(STEPS), moved=_MOVED),
     "step, onset stated": Group(tuple(STEPS), partial(step_trial, given=True), _truths(STEPS)),
+    "step, no electron path": Group(tuple(OPEN), partial(step_trial, opened=True), _open, (0.93, 1.0), _MOVED),
     "levels, onset stated": Group(tuple(LEVELS), level_trial, _truths(LEVELS)),
     "levels, jumps between readings": Group(
         tuple(JUMPS), partial(level_trial, given=False), _truths(JUMPS), (0.93, 1.0), _MOVED

@@ -16,6 +16,8 @@ from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.modal import modal_currents, modal_voltages
 from ilg_circuit.identification.motion import Motion
+from ilg_circuit.identification.open_path import largest_conductance
+from ilg_circuit.identification.port_model import DC
 from ilg_circuit.identification.port_response import engine_currents
 from ilg_circuit.measurements.film import film_of
 from ilg_circuit.measurements.prepare import prepare
@@ -77,9 +79,12 @@ def truth_of(model: str, case: Case) -> dict[str, float]:
 
 
 def intervals_of(found: Identification) -> dict[str, Interval]:
-    """The interval that is reported of every quantity that was fitted or follows."""
+    """The interval that is reported of every quantity that was fitted or follows, or of a path that is not seen."""
     every = {**found.derived, **found.parameters}
-    return {name: e.reported[1] for name, e in every.items() if e.stderr is not None and e.ci95 is not None}
+    known = {name: e.reported[1] for name, e in every.items() if e.stderr is not None and e.ci95 is not None}
+    if found.port is not None and found.port.model.opened:
+        known[DC] = (1 / (largest_conductance(found.port.fit, found.port.data) or np.inf), np.inf)
+    return known
 
 
 SPECTRA = {
@@ -96,6 +101,8 @@ STEPS = {
     "rc3": Case((1000.0, 60.0, 0.004, 100.0, 0.02, 150.0, 0.15), 0.0, 0.0005),
     "warburg": Case((300.0, 10.0, 50.0, 8.0), 2.0, 0.002),
 }
+#: Practically without an electron path.
+OPEN = {name: replace(STEPS[name], values=(1e9, *STEPS[name].values[1:])) for name in ("rc", "rc2")}
 #: Under both signs and two sizes of voltage, as a nonlinear model needs it.
 LEVELS = {
     "rc+sinh": Case((400.0, 20.0, 0.2, 0.8), 0.0, 0.005),
@@ -184,9 +191,12 @@ def spectrum_trial(model: str) -> Trial:
     return trial
 
 
-def step_trial(model: str, *, given: bool = False) -> Trial:
-    """Currents after a step to 2 V, 301 samples over 60 s after 10 s of rest; ``given``: the onset is stated."""
-    case, kind = STEPS[model], electrical_model(model)
+def step_trial(model: str, *, given: bool = False, opened: bool = False) -> Trial:
+    """Currents after a step to 2 V, 301 samples over 60 s after 10 s of rest.
+
+    ``given``: the onset is stated; ``opened``: there is no electron path.
+    """
+    case, kind = (OPEN if opened else STEPS)[model], electrical_model(model)
     port = kind.port(case.values, case.held)
 
     def trial(k: int) -> Drawn:

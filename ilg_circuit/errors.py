@@ -8,7 +8,7 @@ import shlex
 import sys
 import unicodedata
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
@@ -45,6 +45,14 @@ class InputError(IlgError, ValueError):
 
 class SolveError(IlgError, RuntimeError):
     """A circuit or a motion could not be solved, or not to the accuracy asked for."""
+
+
+class NotDetermined(SolveError):
+    """Data do not determine all parameters of a fit; ``labels`` are those of which that is known."""
+
+    def __init__(self, message: str, labels: Sequence[str]) -> None:
+        super().__init__(message)
+        self.labels = tuple(labels)
 
 
 class StoppedEarlyError(SolveError):

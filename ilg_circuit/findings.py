@@ -91,6 +91,7 @@ _FIRST = (
     "no-model-determined",
     "not-determined",
     "electron-path-open",
+    "electron-path-vague",
     "start-not-confirmed",
     "displacement-not-described",
     "displacement-opposed",

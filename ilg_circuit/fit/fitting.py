@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Array
-from ..errors import SolveError, argument
+from ..errors import NotDetermined, SolveError, argument
 from .minimise import gauss_newton, levenberg_marquardt
 from .multistart import StartSummary
 from .observation import Predict, observation
@@ -30,8 +30,8 @@ _OFFSET = 1e-2
 _CLOSE = 1e-6
 #: Condition of the Jacobian, its columns of equal length, above which two parameters have the same effect.
 _CONDITION = 1e9
-#: Least share of a parameter in the undetermined direction for it to be named.
-_SHARE = 0.3
+#: Least share of a parameter in the undetermined direction, and of its distance to go in the farthest, to be named.
+_SHARE, _FARTHEST = 0.3, 0.3
 #: Largest first step of a logarithm in a leave-one-out fit, which starts from the first-order estimate.
 _LONGEST_STEP = 1.0
 #: Rounding of residuals, in parts of the data, that is reckoned with where they are exactly zero.
@@ -290,11 +290,11 @@ def with_starts(found: FitResult, starts: StartSummary) -> FitResult:
 
 
 def require_near(problem: Problem, x: Array, origin: Array, most: float = _RUNAWAY) -> None:
-    """Raise SolveError, with names, if coordinates (n,) have diverged from their ``origin`` by more than ``most``."""
+    """Raise NotDetermined, with names, if coordinates (n,) are farther than ``most`` from their ``origin``."""
     far = (np.abs(x - origin) > most) & ~problem.scales.free
     lost = [label for label, away in zip(problem.labels, far, strict=True) if away]
     if lost:
-        raise SolveError(f"{RAN_AWAY} ({', '.join(lost)})")
+        raise NotDetermined(f"{RAN_AWAY} ({', '.join(lost)})", lost)
 
 
 def _require_converged(problem: Problem, slope: Array, residuals: Array, tolerance: float, done: Evaluation) -> float:
@@ -305,23 +305,29 @@ def _require_converged(problem: Problem, slope: Array, residuals: Array, toleran
     size = np.linalg.norm(slope, axis=0)
     unfelt = [label for label, felt in zip(problem.labels, size, strict=False) if not felt > 0]
     if unfelt:
-        raise SolveError(
-            f"the data do not determine every parameter of this model: {', '.join(unfelt)} has no effect on them"
+        raise NotDetermined(
+            f"the data do not determine every parameter of this model: {', '.join(unfelt)} has no effect on them",
+            unfelt,
         )
     step, offset, condition = gauss_newton(slope, residuals)
     if not condition < _CONDITION:
         *others, last = acting_alike(slope, problem.labels)
         alike = f"{', '.join(others)} and {last}" if others else last
-        raise SolveError(f"the data do not determine every parameter of this model: {alike} have the same effect")
+        raise NotDetermined(
+            f"the data do not determine every parameter of this model: {alike} have the same effect", (*others, last)
+        )
     # with a loose tolerance a fit may end farther from the minimum
     limit = max(_OFFSET, 10 * float(np.sqrt(tolerance * len(residuals) / len(size))))
     if offset > limit and np.abs(step[: len(problem.labels)]).max(initial=0.0) > _CLOSE:
         if done.unsolved:
             missed = f"{len(done.unsolved)} of {done.count} evaluations could not be solved: {done.unsolved[-1]}"
             raise SolveError(f"the fit did not converge; {missed}")
-        raise SolveError(
+        far = np.abs(step[: len(problem.labels)])
+        lost = [label for label, distance in zip(problem.labels, far, strict=True) if distance >= _FARTHEST * far.max()]
+        raise NotDetermined(
             f"the fit did not converge in {done.count} evaluations: the data do not determine this model; "
-            f"try {argument('model', 'rc')}"
+            f"try {argument('model', 'rc')}",
+            lost,
         )
     return offset
 

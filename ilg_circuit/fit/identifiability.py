@@ -94,31 +94,38 @@ def diagnose(
     unfelt: Sequence[str] = (),
     *,
     profiles: bool = True,
+    spared: str = "",
 ) -> Identifiability:
     """Return the diagnostics of a fit.
 
     ``branches`` ((R [ohm], C [F]), ...) are by ascending time constant; ``unfelt`` are parameters that were fixed
-    because they have no effect on the data. Without ``profiles``, which cost two fits each, none is open.
+    because they have no effect on the data. Without ``profiles``, which cost two fits each, none is open. The parameter
+    ``spared`` may be undetermined: the others are diagnosed with it free.
     """
-    errors, labels, n = reported_errors(found), found.labels, len(found.values)
+    errors, labels = reported_errors(found), found.labels
     wider = errors / found.pooled_errors
-    felt = found.problem.projected((found.slopes[:, :n] * found.units).T)
+    felt = found.problem.projected((found.slopes[:, : len(labels)] * found.units).T)
+    kept = [k for k, x in enumerate(labels) if x != spared or errors[k] <= DETERMINED * found.values[k]]
+    if len(kept) < len(labels):
+        free = felt[labels.index(spared)] / np.linalg.norm(felt[labels.index(spared)])
+        felt = felt[kept] - np.outer(felt[kept] @ free, free)
+        wider = wider[kept]
     with np.errstate(over="ignore"):  # for data without noise
         strengths = np.linalg.svd(felt / wider[:, None] / (found.deviation or np.finfo(float).tiny), compute_uv=False)
     lengths = np.linalg.norm(felt, axis=1, keepdims=True)
     constants = [r * c for r, c in branches]
     merged = [f"{k} and {k + 1}" for k, (a, b) in enumerate(pairwise(constants), 1) if not b > _DISTINCT * a]
     matrix = found.correlations
-    alike = [(i, j) for i, j in combinations(range(n), 2) if abs(matrix[i, j]) > _ALIKE]
-    vague = [k for k in range(n) if not errors[k] <= _SURE * found.values[k]] if profiles else []
+    alike = [(i, j) for i, j in combinations(kept, 2) if abs(matrix[i, j]) > _ALIKE]
+    vague = [k for k in kept if not errors[k] <= _SURE * found.values[k]] if profiles else []
     return Identifiability(
-        parameters=n,
+        parameters=len(kept),
         rank=int((strengths > 1).sum()),
         condition=float(np.linalg.cond(felt / lengths)),
-        loose=tuple(labels[k] for k in range(n) if not errors[k] <= DETERMINED * found.values[k]),
+        loose=tuple(labels[k] for k in kept if not errors[k] <= DETERMINED * found.values[k]),
         alike=tuple((labels[i], labels[j], float(matrix[i, j])) for i, j in alike),
         merged=tuple(merged),
-        open=tuple(side for k in vague for side in _open_sides(found, k, float(wider[k]))),
+        open=tuple(side for k in vague for side in _open_sides(found, k, float(errors[k] / found.pooled_errors[k]))),
         unfelt=tuple(unfelt),
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, Self
@@ -30,7 +31,8 @@ from .current_search import fit_from_several, search_starts
 from .jump_start import places_by_relaxation, placing_models
 from .jumps import FAR_BEHIND, at_distances, placed, too_many, unknown
 from .modal import Ports
-from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
+from .open_path import OPEN, seen_or_open, told
+from .port_model import ANY_LADDER, BRACKET, DC, IndividualFit, PortModel, observed, port_problem
 from .port_response import ACCURACY, Response, closed, engine_currents
 from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
@@ -259,6 +261,12 @@ class CurrentData:
         # one step, or a square wave, cannot distinguish a sinh electron path from a resistor
         return not (kind.spectra_only or (kind.constant_voltage_hides and self._of_one_size))
 
+    def may_be_open(self, kind: ElectricalModel) -> bool:
+        return DC in kind.names and not kind.constant_voltage_hides  # a law of the path needs one
+
+    def open_path(self) -> float:
+        return OPEN * (abs(self.voltage) or 1.0) / self.size
+
     @property
     def _of_one_size(self) -> bool:
         """True if the voltage is always of one size, of either sign, or next to zero."""
@@ -268,34 +276,53 @@ class CurrentData:
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
-        if not unknown(self) or self.places:
-            return self._from_places(kind, held, progress)
-        return self._by_simpler(kind, held, progress) or self.roughly_placed()._from_places(kind, held, progress)
+        if not self.may_be_open(kind):
+            return self._fitted(PortModel(kind, held), progress)
+        found = seen_or_open(
+            lambda opened: self._fitted(PortModel(kind, held, opened=opened), progress), lambda found: found.fit
+        )
+        if not found.model.opened:
+            return found
+        return self._with_path(found, progress) or replace(found, fixed={DC: told(found.fit, (found.data,))})
 
-    def _by_simpler(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit | None:
+    def _with_path(self, found: IndividualFit, progress: Progress) -> IndividualFit | None:
+        """Return the better fit with an electron path from where one without has placed the jumps, if there is one."""
+        if unknown(self) and isinstance(found.data, CurrentData):
+            with suppress(SolveError):
+                again = found.data._from_places(replace(found.model, opened=False), progress)
+                return again if again.rms < found.rms else None
+        return None
+
+    def _fitted(self, model: PortModel, progress: Progress) -> IndividualFit:
+        """Return the fit of a model, its jumps in places."""
+        if not unknown(self) or self.places:
+            return self._from_places(model, progress)
+        return self._by_simpler(model, progress) or self.roughly_placed()._from_places(model, progress)
+
+    def _by_simpler(self, model: PortModel, progress: Progress) -> IndividualFit | None:
         """Return the fit that begins with the drive's jumps where a simpler model's fit has them, None without one.
 
         Where it has no minimum there, jumps begin where one relaxation places them. A model contains simpler ones, so
         that a fit which leaves more than theirs has the jumps in wrong places: then the error is raised.
         """
-        for simpler in placing_models(kind):
+        for simpler in placing_models(model.kind):
             try:
-                closer = replace(self, rival=math.inf).individual(electrical_model(simpler), held, progress)
+                closer = replace(self, rival=math.inf)._fitted(replace(model, kind=electrical_model(simpler)), progress)
             except SolveError:
                 continue
             assert isinstance(closer.data, CurrentData)
             try:
-                return replace(closer.data, rival=self.rival)._from_places(kind, held, progress)
+                return replace(closer.data, rival=self.rival)._from_places(model, progress)
             except SolveError:
-                found = self.roughly_placed()._from_places(kind, held, progress)
+                found = self.roughly_placed()._from_places(model, progress)
                 if found.rms > FAR_BEHIND * closer.rms:
                     raise
                 return found
         return None
 
-    def _from_places(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
+    def _from_places(self, model: PortModel, progress: Progress) -> IndividualFit:
         """Return the fit that begins with the jumps where they are."""
-        first = self._individual(kind, held, progress)
+        first = self._individual(model, progress)
         if not unknown(self):
             return first
         found = self._with_jumps(first, progress)
@@ -313,7 +340,9 @@ class CurrentData:
 
         A ladder's current determines the onset; a sum of exponentials does not, and the onset stays in the middle.
         """
-        if not (self.bracketed and model.kind.linear and model.port(values, ANY_LADDER).ladder is not None):
+        if not (
+            self.bracketed and model.kind.linear and model.port(model.every(values), ANY_LADDER).ladder is not None
+        ):
             return self, values
         few = self._thinned(_ONSET_ROWS)
         near = fit_near(port_problem((few,), model, (1.0,)), values, progress)
@@ -368,9 +397,10 @@ class CurrentData:
     def _model_start(self, kind: ElectricalModel, t: Array, values: Array, held: float, stored: Array) -> Array:
         return model_start(kind, t, values, self.drive.from_rest(), held, stored)
 
-    def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
-        start = self._start(kind, held)
-        model = PortModel(kind, held, tuple(start.tolist()))
+    def _individual(self, model: PortModel, progress: Progress) -> IndividualFit:
+        kind = model.kind
+        start = self._start(kind, model.held or 0.0)
+        model, start = replace(model, typical=tuple(start.tolist())), model.fitted(start)
         problem = port_problem((self,), model, (1.0,))
         if not self.closed(model):
             cheap = port_problem((replace(self, accuracy=_ROUGH_ACCURACY),), model, (1.0,))
@@ -378,13 +408,14 @@ class CurrentData:
             return IndividualFit(self, model, found)
         # multi-start with few samples, then the fit of all
         values, starts, check = search_starts(problem, lambda at: self.without_engine(model, at), self.since, start)
-        model, data = PortModel(kind, held, tuple(values.tolist())), self
+        model, data = replace(model, typical=tuple(model.every(values).tolist())), self
         if not unknown(self):  # else its jumps are yet to be placed
             data, values = self._at_likely_onset(model, values, progress)
         problem = port_problem((data,), model, (1.0,))
         most = None if kind.linear else _MOST_EVALUATIONS
         found = fit_near(problem, values, progress, most)
-        ordered = found.values[kind.order(found.values)]
+        every = model.every(found.values)
+        ordered = model.fitted(every[kind.order(every)])
         if not np.array_equal(ordered, found.values):
             found = fit_near(problem, ordered, progress, most)
         if not unknown(self):  # else few samples lie elsewhere beside the jumps, as they do beside another onset

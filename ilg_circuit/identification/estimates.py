@@ -22,9 +22,8 @@ from .displacement import DisplacementFit
 from .impedance import ImpedanceData
 from .motion_laws import MotionLaw
 from .onset import Onsets
-from .open_path import DC
 from .port_fit import PortFit
-from .port_model import ANY_LADDER, ELECTRODE_RESISTANCE, PortData
+from .port_model import ANY_LADDER, DC, ELECTRODE_RESISTANCE, PortData
 
 _STEP = 1e-4
 #: Logarithmic slope below which a quantity does not depend on a parameter.

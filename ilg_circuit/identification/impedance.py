@@ -27,13 +27,11 @@ from ..measurements.spectrum import Spectrum
 from ..strip.models import ElectricalModel
 from .kramers_kronig import KramersKronig, kramers_kronig
 from .noise_law import NoiseLaw, noise_law
-from .open_path import DC, INFINITE, OPEN_PATH, told
-from .port_model import ANY_LADDER, IndividualFit, PortModel, observed, port_problem
+from .open_path import OPEN, OPEN_PATH, told
+from .port_model import ANY_LADDER, DC, INFINITE, IndividualFit, PortModel, observed, port_problem
 
 Weighting = Literal["modulus", "unit", "proportional"]
 
-#: Resistance of an open electron path in the fitted strip, relative to the largest measured impedance.
-_OPEN = 1e6
 #: Standard error of a parameter's logarithm, all others held, above which the data do not determine it.
 FELT = 3.0
 #: Largest absolute logarithm of a physical SI value.
@@ -197,6 +195,9 @@ class ImpedanceData:
     def holds(self, kind: ElectricalModel) -> bool:
         return kind.linear
 
+    def may_be_open(self, kind: ElectricalModel) -> bool:
+        return DC in kind.names
+
     def require_electrode_resistance(self, held: float) -> None:
         if not (np.isfinite(held) and held >= 0):
             raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
@@ -239,7 +240,7 @@ class ImpedanceData:
         if result.sum_of_squares > found.best.sum_of_squares * (1 + _SAME) + 1e-24:
             raise SolveError(f"the fit of model {kind.name} did not return to the best of its {len(found.runs)} starts")
         if DC in fixed:
-            fixed[DC] = told(result, self)
+            fixed[DC] = told(result, (self,))
         starts = StartSummary(len(found.runs), found.near(_SAME))
         if self.law is not None:
             result = replace(result, freedom=self.law.freedom(result))
@@ -248,8 +249,7 @@ class ImpedanceData:
         return IndividualFit(self, model, with_starts(result, starts), fixed, unfelt)
 
     def open_path(self) -> float:
-        """Return the Rdc [ohm] that represents an open electron path in the fitted strip."""
-        return _OPEN * float(self.spectrum.modulus.max())
+        return OPEN * float(self.spectrum.modulus.max())
 
     def _without_open_path(
         self, problem: Problem, model: PortModel, x: Array, found: Search, random: np.random.Generator

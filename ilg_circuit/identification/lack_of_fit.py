@@ -122,11 +122,16 @@ def lack_of_fit(
 
 
 def _as_at_rest(since: Array, left: Array) -> bool:
-    """Return True if noise that is ``left`` after the onset is no more autocorrelated than before, within 3 errors."""
+    """Return True if noise that is ``left`` after the onset is no more autocorrelated than before, within 3 errors.
+
+    Readings at rest that show no autocorrelation are no sign that it is noise.
+    """
     before, after = left[since < 0], left[since >= 0]
     if len(before) < _AT_REST:
         return False
     correlation, at_rest = autocorrelation(after), autocorrelation(before - before.mean())
+    if at_rest <= 2 / np.sqrt(len(before)) < correlation:
+        return False
     at_rest += (1 + 3 * at_rest) / len(before)  # its bias
     return correlation <= at_rest + 3 * float(np.sqrt(max(1 - correlation**2, 0.0) / len(before)))
 

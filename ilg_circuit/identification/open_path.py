@@ -1,79 +1,141 @@
-"""Computes what an electron path that a spectrum does not show adds to the errors of the other parameters.
+"""Replaces an electron path that data do not show by an open circuit, and computes what it adds to others' errors.
 
-Its resistance is then fixed as an open circuit. Any conductance from zero up to where the spectrum would show it may be
-there, and moves the other parameters: they are fitted anew over that range, which also tells its bound.
+Any conductance from zero up to where the data would show it may be there, and moves the other parameters: they are
+fitted anew over that range, which also tells its bound.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
+from ..errors import NotDetermined, SolveError
 from ..fit.bounded import BoundedProfile, profile_bounded
 from ..fit.problem import Problem
 from ..fit.quantiles import student
+from ..fit.reported import reported_errors
 from ..fit.result import FitResult
 from ..units import format_quantity
-from .port_model import Measured
+from .port_model import DC, INFINITE, Measured
 
-#: The electron path, which a spectrum may not show.
-DC = "dc_resistance"
-#: Stands for an open circuit in a fit; finite, so that arithmetic stays finite.
-INFINITE = 1e200
+Fitted = TypeVar("Fitted")
+#: Relative standard error of a resistance above which its logarithm is no measure: the conductance is next to zero.
+_VAGUE = 3.0
+#: Resistance of an open electron path in the fitted strip, relative to the largest of the data.
+OPEN = 1e6
 #: Largest conductance, relative to the largest admittance of the data.
 _MOST = 0.95
+#: The same beside a current, in standard errors; a small conductance, relative to the largest of the resistances.
+_ERRORS, _SMALL = 5.0, 1e-3
 #: Parts of it that are tried in turn: far beyond the bound a model may have no fit.
 _REACHES = (1.0, 0.1, 0.01, 1e-3, 1e-4)
 _UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
 OPEN_PATH = "no electron path is seen: practically an open circuit"
 
 
-def open_path(
-    found: FitResult, data: Sequence[Measured], *, costly: bool = False, reach: float = 1.0
-) -> BoundedProfile | None:
+def seen_or_open(fitted: Callable[[bool], Fitted], fit_of: Callable[[Fitted], FitResult]) -> Fitted:
+    """Return the fit with a model's electron path, or with an open circuit in its place if the data do not show it.
+
+    ``fitted`` returns it with the path open or not, ``fit_of`` its least-squares fit. Raises SolveError if there is
+    none.
+    """
+    try:
+        found = fitted(False)
+    except NotDetermined as error:
+        if DC not in error.labels:
+            raise
+        try:
+            return fitted(True)
+        except SolveError:
+            raise error from None
+    fit = fit_of(found)
+    at = fit.labels.index(DC)
+    if reported_errors(fit)[at] <= _VAGUE * fit.values[at]:
+        return found
+    try:
+        return fitted(True)
+    except SolveError:
+        return found
+
+
+def open_path(found: FitResult, data: Sequence[Measured], *, costly: bool = False) -> BoundedProfile | None:
     """Return the profile of the conductance [S] of a path that was fixed as open; None if none was.
 
     ``data`` are those of its observations. The estimate stays at zero. A ``costly`` problem is solved at the ends only.
-    Conductances reach up to the part ``reach`` of the largest that is reckoned with.
     """
-    problem = found.problem
-    if problem.fixed.get(DC) != INFINITE:
+    if found.problem.fixed.get(DC) != INFINITE:
         return None
+    most = _most(found, data)
+    profiles = (_profile(found, reach * most, costly=costly) for reach in _REACHES)
+    some = next((profile for profile in profiles if len(profile.places) > 1), None)
+    return some or _profile(found, 0.0, costly=costly)
+
+
+def _profile(found: FitResult, most: float, *, costly: bool = False) -> BoundedProfile:
+    """Return the profile of the conductance [S] of an open path up to the largest, with the estimate at zero."""
+    problem = found.problem
     telling = [k for k, o in enumerate(problem.observations) if DC in o.names]
 
     def at(conductance: float) -> Problem:
         return replace(problem, fixed={**problem.fixed, DC: 1 / conductance if conductance else INFINITE})
 
-    return replace(profile_bounded(found, at, (0.0, reach * _most(data)), telling, costly=costly), known=0.0)
+    return replace(profile_bounded(found, at, (0.0, most), telling, costly=costly), known=0.0)
 
 
-def _most(data: Sequence[Measured]) -> float:
+def _most(found: FitResult, data: Sequence[Measured]) -> float:
     """Return the largest conductance [S] of a path beside the ions' that is reckoned with."""
-    return _MOST / min(float(np.abs(d.shown(d.data)).min()) for d in data if d.quantity == "impedance")
+    spectra = [d for d in data if d.quantity == "impedance"]
+    if spectra:
+        return _MOST / min(float(np.abs(d.shown(d.data)).min()) for d in spectra)
+    return _ERRORS * _error(found)
 
 
-def told(found: FitResult, data: Measured) -> str:
-    """Return why the path was fixed as open, with the least resistance by the profile (95 %, one-sided)."""
+def _error(found: FitResult) -> float:
+    """Return the standard error [S] of the conductance of an open path, all else free, by its small effect."""
+    problem = found.problem
+    small = _SMALL * min(1 / found.by_label()[label] for label in found.labels if "resistance" in label)
+    there = replace(problem, fixed={**problem.fixed, DC: 1 / small})
+    x = found.coordinates[None]
+    effect = problem.projected(there.predictions(x)[0] - problem.predictions(x)[0]) / small
+    slopes = problem.projected(found.slopes[:, : len(found.values)].T)
+    size = np.linalg.norm(slopes, axis=1)
+    basis = np.linalg.qr((slopes[size > 0] / size[size > 0, None]).T)[0]
+    effect -= basis @ (basis.T @ effect)
+    samples = sum(found.independent_samples(k) for k in range(len(problem.observations)))
+    return float(np.sqrt(found.sum_of_squares / samples) / np.linalg.norm(effect))
+
+
+def largest_conductance(found: FitResult, data: Sequence[Measured]) -> float | None:
+    """Return the largest conductance [S] of an open path by its profile (95 %, one-sided), None if nothing limits it.
+
+    ``data`` are those of the fit's observations.
+    """
     level = float(student(0.95, max(found.degrees_of_freedom - 1, 1)))
-    limit = next((x for reach in _REACHES if (x := _limit(found, data, level, reach)) is not None), None)
+    return next((x for reach in _REACHES if (x := _limit(found, data, level, reach)) is not None), None)
+
+
+def told(found: FitResult, data: Sequence[Measured]) -> str:
+    """Return why the path was fixed as open, with the least resistance by the profile (95 %, one-sided)."""
+    limit = largest_conductance(found, data)
     if limit is None:
         return _UNSEEN_PATH
-    reason = OPEN_PATH if limit * float(np.abs(data.shown(data.data)).max()) < 1 else _UNSEEN_PATH
+    sizes = [float(np.abs(d.shown(d.data)).max()) for d in data if d.quantity == "impedance"]
+    reason = OPEN_PATH if sizes and limit * max(sizes) < 1 else _UNSEEN_PATH
     return f"{reason}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
 
 
-def _limit(found: FitResult, data: Measured, level: float, reach: float) -> float | None:
+def _limit(found: FitResult, data: Sequence[Measured], level: float, reach: float) -> float | None:
     """Return the conductance [S] at which the root of the deviance, nearly a straight line, reaches a ``level``.
 
     It is the largest that is reckoned with if that is not excluded; None if no fit ends the range.
     """
-    profile = open_path(found, [data], reach=reach)
-    assert profile is not None
+    profile = _profile(found, reach * _most(found, data))
     roots, places = np.sqrt(profile.deviance), profile.places
     last = int(np.flatnonzero(roots <= level)[-1])
     if last + 1 < len(places):
         return float(np.interp(level, roots[last : last + 2], places[last : last + 2]))
-    most = _most([data])
+    most = _most(found, data)
     return most if places[last] > (1 - 1e-6) * most else None

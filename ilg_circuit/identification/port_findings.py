@@ -10,8 +10,10 @@ from ..arrays import Array
 from ..findings import Finding
 from ..fit.coarse import coarse_runs, coarse_step, rounding_covariance
 from ..fit.criteria import structured
+from ..fit.identifiability import DETERMINED
 from ..fit.misfit import WARN_SPECTRUM
 from ..fit.quantiles import fisher
+from ..fit.reported import reported_errors
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
 from ..measurements.smoothing import noise_level
@@ -21,9 +23,8 @@ from .coupling_fit import CouplingFit
 from .current import CurrentData
 from .displacement_findings import start_findings
 from .impedance import ImpedanceData
-from .open_path import DC
 from .port_fit import PortFit
-from .port_model import PortData
+from .port_model import DC, PortData
 
 #: Least residuals that may count as autocorrelated, relative to the white noise and to the size of the data.
 _OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
@@ -71,6 +72,11 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
             found.append(Finding("model-lacks", values={"model": port.kind.name, "share": share}))
     if DC in port.fixed:
         found.append(Finding("electron-path-open", values={"reason": port.fixed[DC], "given": port.values[DC]}))
+    elif DC in port.fit.labels:
+        at = port.fit.labels.index(DC)
+        share = float(reported_errors(port.fit)[at] / port.fit.values[at])
+        if share > DETERMINED and port.spared:
+            found.append(Finding("electron-path-vague", values={"share": share}))
     found += start_findings(port.fit.starts)
     chosen = next(c for c in candidates if c.chosen)
     if chosen.identifiability is not None and not chosen.identifiability.determined:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import Array
-from ..errors import IlgError, InputError, SolveError, argument
+from ..errors import IlgError, InputError, NotDetermined, SolveError, argument
 from ..fit.fitting import fit, fit_near, with_starts
 from ..fit.identifiability import Identifiability, diagnose
 from ..fit.multistart import StartSummary
@@ -20,10 +20,9 @@ from ..fit.selection import EVIDENCE
 from ..strip.models import ElectricalModel, Ladders, electrical_model
 from ..strip.port import Port
 from .current import CurrentData
-from .impedance import ImpedanceData
 from .lack_of_fit import Lack, lack_of_fit
-from .open_path import DC
-from .port_model import BY_TIME, IndividualFit, PortData, PortModel, port_problem, sigma_of
+from .open_path import seen_or_open, told
+from .port_model import BY_TIME, DC, IndividualFit, PortData, PortModel, port_problem, sigma_of
 from .port_start import suggestions
 
 #: Model of an individual fit if the file alone does not determine the requested one.
@@ -65,7 +64,7 @@ class PortFit:
         """The port's parameters by name, also those that were not fitted."""
         found = dict(self.fit.means)
         if DC in self.fixed:
-            found[DC] = max(d.open_path() for d in self.data if isinstance(d, ImpedanceData))
+            found[DC] = max(d.open_path() for d in self.data)
         return found
 
     @property
@@ -81,7 +80,12 @@ class PortFit:
 
     def identifiability(self, *, profiles: bool = True) -> Identifiability:
         """Return which parameters of the port the data determine, by open ``profiles`` too."""
-        return diagnose(self.fit, self.port.branches, self.unfelt, profiles=profiles)
+        return diagnose(self.fit, self.port.branches, self.unfelt, profiles=profiles, spared=self.spared)
+
+    @property
+    def spared(self) -> str:
+        """The parameter that currents need not determine, if any: an electron path that may be open as well."""
+        return DC if all(d.quantity == "current" and d.may_be_open(self.kind) for d in self.data) else ""
 
     @property
     def rms(self) -> Array:
@@ -159,15 +163,25 @@ def fit_port(
         return PortFit(only.model, (only.data,), (only,), only.fit, only.fixed, only.unfelt)
     individual = tuple(_individual(d, kind, start_re, progress) for d in data)
     data = tuple(i.data for i in individual)
-    started = suggestions(kind, data, individual)
-    if not started:
-        raise SolveError(f"these data do not determine every parameter of model {model}, so that its fit has no start")
-    at = _slowest(kind, started)
-    description = PortModel(kind, held, tuple(at.tolist()))
-    if held is None:
-        started = [np.append(v, start_re) for v in started]
-    found = _weighted(data, individual, description, per_record, started, progress)
-    return PortFit(description, data, individual, found)
+
+    def jointly(opened: bool) -> PortFit:
+        started = suggestions(kind, data, individual, opened=opened)
+        if not started:
+            lost = [name for name in kind.names if not any(name in i.values for i in individual)]
+            raise NotDetermined(
+                f"these data do not determine every parameter of model {model}, so that its fit has no start", lost
+            )
+        description = PortModel(kind, held, tuple(_slowest(kind, started).tolist()), opened)
+        if held is None:
+            started = [np.append(v, start_re) for v in started]
+        return PortFit(
+            description, data, individual, _weighted(data, individual, description, per_record, started, progress)
+        )
+
+    if DC in per_record or not all(d.may_be_open(kind) for d in data):
+        return jointly(False)
+    found = seen_or_open(jointly, lambda found: found.fit)
+    return replace(found, fixed={DC: told(found.fit, data)}) if found.model.opened else found
 
 
 def on_all_rows(found: PortFit, progress: Progress = None) -> PortFit:

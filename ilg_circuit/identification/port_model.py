@@ -20,6 +20,10 @@ from ..strip.models import ElectricalModel, Ladders
 from ..strip.port import Port
 
 ELECTRODE_RESISTANCE = Parameter("electrode_resistance", "Re", "ohm", "both electrodes, EC (15), (16)")
+#: The electron path, which data may not show.
+DC = "dc_resistance"
+#: Stands for an open circuit in a fit; finite, so that arithmetic stays finite.
+INFINITE = 1e200
 #: Ladders for closed forms, which do not depend on the number of sections.
 ANY_LADDER = Ladders(sections=1)
 #: Range of the position of an onset in its bracket, 0 in the middle.
@@ -34,12 +38,14 @@ _LEAST_SIGMA = 1e-9
 class PortModel:
     """An electrical model and its Re [ohm]: ``held``, or a further parameter if that is None.
 
-    ``typical`` are values (n,) of the model's parameters for which ladders are designed.
+    ``typical`` are values (n,) of the model's parameters for which ladders are designed. Its electron path may be
+    ``opened``: then it is not fitted.
     """
 
     kind: ElectricalModel
     held: float | None
     typical: tuple[float, ...] = ()
+    opened: bool = False
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -48,6 +54,20 @@ class PortModel:
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(p.name for p in self.parameters)
+
+    @property
+    def fixed(self) -> dict[str, float]:
+        """Values of the parameters that are not fitted."""
+        return {DC: INFINITE} if self.opened else {}
+
+    def fitted(self, values: Array) -> Array:
+        """Return those of ``values`` (n,), in the order of ``names``, that are fitted."""
+        return values[[name not in self.fixed for name in self.names]]
+
+    def every(self, fitted: Array) -> Array:
+        """Return values in the order of ``names``, from those that are ``fitted``."""
+        known = self.fixed | dict(zip((n for n in self.names if n not in self.fixed), fitted.tolist(), strict=True))
+        return np.array([known[name] for name in self.names])
 
     def port(self, values: Array, ladders: Ladders | None = None) -> Port:
         """Return the port with parameters ``values`` (n,) in the order of ``names``."""
@@ -173,6 +193,12 @@ class PortData(Measured, Protocol):
     def holds(self, kind: ElectricalModel) -> bool:
         """Return True if these data alone could determine the model's parameters."""
 
+    def may_be_open(self, kind: ElectricalModel) -> bool:
+        """Return True if an electron path that the data do not show may be an open circuit in the fit of a model."""
+
+    def open_path(self) -> float:
+        """Return the Rdc [ohm] that represents an open electron path in the fitted strip."""
+
     def require_electrode_resistance(self, held: float) -> None:
         """Raise InputError for an Re [ohm] that these data exclude."""
 
@@ -201,14 +227,13 @@ def port_problem(
     model: PortModel,
     sigmas: tuple[float, ...],
     per_record: frozenset[str] = frozenset(),
-    fixed: Mapping[str, float] | None = None,
     *,
     of_record: bool = False,
 ) -> Problem:
     """Return the problem of all ``data``, residuals divided by their sigmas; see `PortData.observation`."""
     pairs = zip(data, sigmas, strict=True)
     observations = tuple(d.observation(model, sigma, of_record=of_record) for d, sigma in pairs)
-    return Problem(observations, model.parameters, per_record, dict(fixed or {}))
+    return Problem(observations, model.parameters, per_record, model.fixed)
 
 
 def sigma_of(fit: FitResult, size: float, rms: float | None = None) -> float:

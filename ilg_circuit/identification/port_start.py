@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..fit.parameter import Parameter, Scales
 from ..fit.result import FitResult
 from ..strip.models import ElectricalModel
-from .port_model import BY_TIME, IndividualFit, PortData
+from .port_model import BY_TIME, DC, INFINITE, IndividualFit, PortData
 
 #: Largest number of individual results that are tried unchanged.
 _MOST_INDIVIDUAL = 4
@@ -37,8 +37,8 @@ def combined(parameters: Sequence[Parameter], fits: Sequence[FitResult], indepen
     information, sums = np.zeros((len(names), len(names))), np.zeros(len(names))
     felt = np.zeros(len(names), dtype=bool)
     for fit, samples in zip(fits, independent, strict=True):
-        index = np.array([k for k, name in enumerate(fit.labels) if name in names])
-        places = np.array([names.index(fit.labels[k]) for k in index])
+        index = np.array([k for k, name in enumerate(fit.labels) if name in names], dtype=int)
+        places = np.array([names.index(fit.labels[k]) for k in index], dtype=int)
         scales = Scales.of([parameters[k] for k in places])
         x = scales.coordinates(fit.values[index])
         slopes = scales.slopes(x)
@@ -58,13 +58,16 @@ def combined(parameters: Sequence[Parameter], fits: Sequence[FitResult], indepen
     return result
 
 
-def suggestions(kind: ElectricalModel, data: Sequence[PortData], individual: Sequence[IndividualFit]) -> list[Array]:
-    """Return starts (n,) for the parameters of ``kind`` from the individual fits."""
+def suggestions(
+    kind: ElectricalModel, data: Sequence[PortData], individual: Sequence[IndividualFit], *, opened: bool = False
+) -> list[Array]:
+    """Return starts (n,) for the parameters of ``kind`` from the individual fits, with an ``opened`` electron path."""
     fits, independent = [i.fit for i in individual], [i.independent for i in individual]
     typical = combined(kind.parameters, fits, independent)
     largest = max((abs(d.voltage) for d in data), default=0.0) or 1.0
     known = {a.parameter.name: a.start(largest) for a in kind.additions}
     known |= {name: v for name, v in zip(kind.names, typical.tolist(), strict=True) if np.isfinite(v) and v > 0}
+    known |= {DC: INFINITE} if opened else {}
     ranked = sorted(zip(data, individual, strict=True), key=lambda pair: -pair[1].independent)
     complete = [i for _, i in ranked if i.sure and set(kind.names) <= known.keys() | i.values.keys()]
     found = [known, *(known | i.values for i in complete[:_MOST_INDIVIDUAL]), *_pooled(kind, known, ranked)]

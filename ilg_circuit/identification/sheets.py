@@ -26,9 +26,8 @@ from ..measurements.spectrum import Spectrum
 from ..result import Column, Result
 from ..strip.models import candidates, electrical_model
 from .impedance import ImpedanceData
-from .open_path import DC
 from .port_findings import spectrum_findings
-from .port_model import ELECTRODE_RESISTANCE
+from .port_model import DC, ELECTRODE_RESISTANCE
 from .sheets_model import SHEETS, Contact, Fitted, Line, SheetsModel, fit_sheets
 
 #: Relative standard error above which intervals are profiles.

@@ -26,8 +26,8 @@ from ..fit.problem import Problem
 from ..fit.result import FitResult
 from ..strip.models import ElectricalModel
 from .impedance import FELT, ImpedanceData
-from .open_path import DC, OPEN_PATH
-from .port_model import ELECTRODE_RESISTANCE, observed
+from .open_path import OPEN_PATH
+from .port_model import DC, ELECTRODE_RESISTANCE, observed
 
 Contact = Literal["end", "both"]
 

@@ -88,6 +88,9 @@ class VoltageData(CurrentData):
             pairs = [(fast * count, slow * share / count) for share in sorted(shares)]
             return kind.starts_from_branches(1.5 * steady, pairs, float(np.abs(values).max()))
 
+    def may_be_open(self, kind: ElectricalModel) -> bool:
+        return False  # a steady current needs a path
+
     def require_electrode_resistance(self, held: float) -> None:
         if not (math.isfinite(held) and held >= 0):
             raise InputError(f"electrode resistance {held:g} ohm must be zero or more")

@@ -249,11 +249,15 @@ def test_one_branch_for_two_is_warned_of() -> None:
 
 
 def test_what_the_data_do_not_determine_is_named() -> None:
-    """A record that ends long before the steady current leaves Rdc without an upper limit."""
+    """A record that ends long before the steady current leaves Rdc without an upper limit, and two branches alike."""
     found = identified(record(step(), 6.0, 101, noise=0.003, seed=44), "rc")
-    assert "dc_resistance has no upper limit" in found.port.identifiability().open
+    (finding,) = (f for f in found.findings if f.code == "electron-path-vague")
+    assert finding.values["share"] > 0.5
+    assert found["dc_resistance"].reported[1][1] == np.inf
+    found = identified(record(step(), 30.0, 101, noise=0.003, seed=44), "rc2")
+    assert "capacitance_1 has no lower limit" in found.port.identifiability().open
     (finding,) = (f for f in found.findings if f.code == "not-determined")
-    assert "dc_resistance" in finding.values["reason"]
+    assert "capacitance_1" in finding.values["reason"]
     assert "profile open" in str(finding)
 
 
