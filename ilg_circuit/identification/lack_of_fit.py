@@ -130,7 +130,7 @@ def _as_at_rest(since: Array, left: Array) -> bool:
     if len(before) < _AT_REST:
         return False
     correlation, at_rest = autocorrelation(after), autocorrelation(before - before.mean())
-    if at_rest <= 2 / np.sqrt(len(before)) < correlation:
+    if at_rest <= 2 / np.sqrt(len(before)) and correlation > 2 / np.sqrt(len(after)):
         return False
     at_rest += (1 + 3 * at_rest) / len(before)  # its bias
     return correlation <= at_rest + 3 * float(np.sqrt(max(1 - correlation**2, 0.0) / len(before)))

@@ -47,13 +47,18 @@ def left(drive: PiecewiseLinear, values: Array) -> Array:
 
 
 def found(drive: PiecewiseLinear, values: Array) -> Lack:
-    lack = lack_of_fit(T, drive, left(drive, values), slopes(drive))
+    """What is lacking by the last readings, at T; those before them are at rest, too."""
+    more = len(values) - len(T)
+    since = np.append(T[0] + (T[1] - T[0]) * np.arange(-more, 0), T)
+    residuals = np.append(values[:more], left(drive, values[more:]))
+    lack = lack_of_fit(since, drive, residuals, np.vstack([np.zeros((more, 4)), slopes(drive)]))
     assert lack is not None
     return lack
 
 
-def noise(seed: int, correlation: float = 0.0) -> Array:
-    white = np.random.default_rng(seed).standard_normal(len(T) + 200)
+def noise(seed: int, correlation: float = 0.0, rest: int = 0) -> Array:
+    """Noise of readings at T, with ``rest`` more of them before."""
+    white = np.random.default_rng(seed).standard_normal(len(T) + rest + 200)
     return np.asarray(lfilter([np.sqrt(1 - correlation**2)], [1.0, -correlation], white)[200:])
 
 
@@ -116,9 +121,12 @@ def test_what_several_files_lack_is_what_any_of_them_does() -> None:
 def test_coloured_noise_is_that_of_the_readings_at_rest() -> None:
     """Noise that is correlated after the onset alone is no noise, and where little is independent nothing is known."""
     drive = DRIVES["staircase"]
-    assert sum(found(drive, noise(k, 0.7)).coloured for k in range(40)) >= 38
-    after = [np.where(T < 0, noise(k), noise(k, 0.9)) for k in range(40)]
-    assert sum(found(drive, values).coloured for values in after) <= 2  # 15 readings at rest do not tell more
+    assert sum(found(drive, noise(k, 0.7, rest=60)).coloured for k in range(40)) >= 38
+    # 15 readings at rest show a correlation of 0.7 in some sets, and none where there is none
+    assert sum(found(drive, noise(k, 0.7)).coloured for k in range(40)) >= 10
+    for correlation in (0.5, 0.9):
+        after = [np.where(T < 0, noise(k), noise(k, correlation)) for k in range(40)]
+        assert sum(found(drive, values).coloured for values in after) <= 2
     assert not any(found(drive, noise(k, 0.98)).coloured for k in range(40))
 
 
