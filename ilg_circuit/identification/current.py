@@ -31,7 +31,7 @@ from .current_search import fit_from_several, search_starts
 from .jump_start import places_by_relaxation, placing_models
 from .jumps import FAR_BEHIND, at_distances, placed, too_many, unknown
 from .modal import Ports
-from .open_path import OPEN, seen_or_open, told
+from .open_path import OPEN, UNSEEN_PATH, conductance_error, seen_or_open
 from .port_model import ANY_LADDER, BRACKET, DC, IndividualFit, PortModel, observed, port_problem
 from .port_response import ACCURACY, Response, closed, engine_currents
 from .start import FewerRelaxations, model_start, thinned
@@ -57,7 +57,8 @@ class CurrentData:
     rows of the record's current that are not fitted, such as outliers; ``only`` are the rows of a trial fit, None for
     all. Readings later than ``until`` [s] after the onset are not fitted. ``accuracy`` is an engine's in a transient,
     relative to the largest value. ``places`` [s] are those of the drive's later jumps, see `MeasuredDrive`.
-    ``rival`` [A] is the rms of residuals of another model, beside which a fit's jumps need no places if it is worse.
+    ``rival`` [A] is the rms of residuals of another model, beside which a fit's jumps need no places if it is worse;
+    ``opened`` is that a simpler model's fit has no electron path, see `open_path`.
     """
 
     record: Record
@@ -69,6 +70,7 @@ class CurrentData:
     until: float = math.inf
     accuracy: float = ACCURACY
     places: tuple[float, ...] = ()
+    opened: bool = False
     rival: float = math.inf
 
     quantity = "current"
@@ -279,18 +281,25 @@ class CurrentData:
         if not self.may_be_open(kind):
             return self._fitted(PortModel(kind, held), progress)
         found = seen_or_open(
-            lambda opened: self._fitted(PortModel(kind, held, opened=opened), progress), lambda found: found.fit
+            lambda opened: self._fitted(PortModel(kind, held, opened=opened), progress),
+            lambda found: found.fit,
+            likely=self.opened,
         )
         if not found.model.opened:
             return found
-        return self._with_path(found, progress) or replace(found, fixed={DC: told(found.fit, (found.data,))})
+        return self._with_path(found, progress) or replace(found, fixed={DC: UNSEEN_PATH})
 
     def _with_path(self, found: IndividualFit, progress: Progress) -> IndividualFit | None:
-        """Return the better fit with an electron path from where one without has placed the jumps, if there is one."""
-        if unknown(self) and isinstance(found.data, CurrentData):
-            with suppress(SolveError):
-                again = found.data._from_places(replace(found.model, opened=False), progress)
-                return again if again.rms < found.rms else None
+        """Return the closer fit with an electron path from where one without ended, if there is one."""
+        data, model = found.data, replace(found.model, opened=False)
+        assert isinstance(data, CurrentData)
+        start = found.model.every(found.fit.values)
+        start[model.names.index(DC)] = 1 / conductance_error(found.fit)
+        with suppress(SolveError):
+            again = fit_near(port_problem((data,), model, (1.0,)), start, progress, _MOST_EVALUATIONS)
+            if again.rms_of(0) < found.rms:
+                closer = IndividualFit(data, model, with_starts(again, found.fit.starts))
+                return data._with_jumps(closer, progress) if unknown(data) else closer
         return None
 
     def _fitted(self, model: PortModel, progress: Progress) -> IndividualFit:

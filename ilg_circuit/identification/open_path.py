@@ -32,16 +32,20 @@ _MOST = 0.95
 _ERRORS, _SMALL = 5.0, 1e-3
 #: Parts of it that are tried in turn: far beyond the bound a model may have no fit.
 _REACHES = (1.0, 0.1, 0.01, 1e-3, 1e-4)
-_UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
+UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
 OPEN_PATH = "no electron path is seen: practically an open circuit"
 
 
-def seen_or_open(fitted: Callable[[bool], Fitted], fit_of: Callable[[Fitted], FitResult]) -> Fitted:
+def seen_or_open(
+    fitted: Callable[[bool], Fitted], fit_of: Callable[[Fitted], FitResult], *, likely: bool = False
+) -> Fitted:
     """Return the fit with a model's electron path, or with an open circuit in its place if the data do not show it.
 
-    ``fitted`` returns it with the path open or not, ``fit_of`` its least-squares fit. Raises SolveError if there is
-    none.
+    ``fitted`` returns it with the path open or not, ``fit_of`` its least-squares fit. The open circuit alone is
+    tried if it is ``likely``. Raises SolveError if there is none.
     """
+    if likely:
+        return fitted(True)
     try:
         found = fitted(False)
     except NotDetermined as error:
@@ -90,10 +94,10 @@ def _most(found: FitResult, data: Sequence[Measured]) -> float:
     spectra = [d for d in data if d.quantity == "impedance"]
     if spectra:
         return _MOST / min(float(np.abs(d.shown(d.data)).min()) for d in spectra)
-    return _ERRORS * _error(found)
+    return _ERRORS * conductance_error(found)
 
 
-def _error(found: FitResult) -> float:
+def conductance_error(found: FitResult) -> float:
     """Return the standard error [S] of the conductance of an open path, all else free, by its small effect."""
     problem = found.problem
     small = _SMALL * min(1 / found.by_label()[label] for label in found.labels if "resistance" in label)
@@ -121,9 +125,9 @@ def told(found: FitResult, data: Sequence[Measured]) -> str:
     """Return why the path was fixed as open, with the least resistance by the profile (95 %, one-sided)."""
     limit = largest_conductance(found, data)
     if limit is None:
-        return _UNSEEN_PATH
+        return UNSEEN_PATH
     sizes = [float(np.abs(d.shown(d.data)).max()) for d in data if d.quantity == "impedance"]
-    reason = OPEN_PATH if sizes and limit * max(sizes) < 1 else _UNSEEN_PATH
+    reason = OPEN_PATH if sizes and limit * max(sizes) < 1 else UNSEEN_PATH
     return f"{reason}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
 
 

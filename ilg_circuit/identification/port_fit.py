@@ -21,7 +21,7 @@ from ..strip.models import ElectricalModel, Ladders, electrical_model
 from ..strip.port import Port
 from .current import CurrentData
 from .lack_of_fit import Lack, lack_of_fit
-from .open_path import seen_or_open, told
+from .open_path import UNSEEN_PATH, seen_or_open, told
 from .port_model import BY_TIME, DC, IndividualFit, PortData, PortModel, port_problem, sigma_of
 from .port_start import suggestions
 
@@ -181,11 +181,16 @@ def fit_port(
     if DC in per_record or not all(d.may_be_open(kind) for d in data):
         return jointly(False)
     found = seen_or_open(jointly, lambda found: found.fit)
-    return replace(found, fixed={DC: told(found.fit, data)}) if found.model.opened else found
+    return replace(found, fixed={DC: UNSEEN_PATH}) if found.model.opened else found
 
 
 def on_all_rows(found: PortFit, progress: Progress = None) -> PortFit:
-    """Return the fit of all rows, where ``found`` is a trial fit of some of them."""
+    """Return the fit of all rows, where ``found`` is a trial fit of some of them; an open path with its bound."""
+    whole = _of_all_rows(found, progress)
+    return replace(whole, fixed={DC: told(whole.fit, whole.data)}) if whole.model.opened else whole
+
+
+def _of_all_rows(found: PortFit, progress: Progress) -> PortFit:
     data = tuple(d.whole for d in found.data)
     if all(len(d.data) == len(few.data) for d, few in zip(data, found.data, strict=True)):
         return found

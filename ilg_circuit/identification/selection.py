@@ -185,6 +185,8 @@ class _Contest:
         how = (model, self._held, self._per_record, self._progress)
         data = [self._beside_rival(k) for k in range(len(self._data))]
         simpler = next((self.fits[m] for m in placing_models(electrical_model(model)) if m in self.fits), None)
+        if simpler is not None and simpler.model.opened:
+            data = [replace(d, opened=True) if isinstance(d, CurrentData) else d for d in data]
         if simpler is not None and any(map(_unplaced, data)):
             try:
                 return fit_port(list(map(_placed_as, data, simpler.data)), *how)
