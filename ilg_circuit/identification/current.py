@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, Self
@@ -14,39 +13,33 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
-from ..errors import InputError, SolveError, argument
+from ..errors import InputError, argument
 from ..findings import Finding
-from ..fit.bounded import likeliest
-from ..fit.fitting import fit, fit_near, with_starts
+from ..fit.fitting import fit
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
 from ..measurements.prepare import LEAST_REST, tells_offset
 from ..measurements.record import Channel, Record
 from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
-from ..strip.models import ElectricalModel, electrical_model
+from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
-from .current_search import fit_from_several, search_starts
-from .jump_start import places_by_relaxation, placing_models
-from .jumps import FAR_BEHIND, at_distances, placed, too_many, unknown
+from .jump_start import places_by_relaxation
+from .jumps import at_distances, too_many, unknown
 from .modal import Ports
-from .open_path import OPEN, UNSEEN_PATH, conductance_error, seen_or_open
-from .port_model import ANY_LADDER, BRACKET, DC, IndividualFit, PortModel, observed, port_problem
+from .open_path import OPEN
+from .port_model import DC, IndividualFit, PortModel, observed, port_problem
 from .port_response import ACCURACY, Response, closed, engine_currents
 from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
 
-#: Largest number of rows of a fit, of the trial fits that compare models, and of a search for the onset.
-_MOST_ROWS, _TRIAL_ROWS, _ONSET_ROWS = 4000, 2000, 400
+#: Largest number of rows of a fit, and of the trial fits that compare models.
+_MOST_ROWS, _TRIAL_ROWS = 4000, 2000
 #: Tolerance of a fit of which only the residuals are used.
 _ROUGH = 1e-5
-#: Error of an engine's transient, relative to the largest current, in a fit that only selects the best start.
-_ROUGH_ACCURACY = 1e-3
 #: Voltages of more than this share of the largest are of its size; those of less than the rest are next to zero.
 _ONE_SIZE = 0.95
-#: Largest number of evaluations of a nonlinear model's fit from where a search ended.
-_MOST_EVALUATIONS = 60
 
 
 @dataclass(frozen=True)
@@ -168,9 +161,9 @@ class CurrentData:
 
     def trial(self) -> CurrentData:
         """Return the data with a reduced number of rows, for trial fits of many models."""
-        return self if len(self.rows) <= _MOST_ROWS else self._thinned(_TRIAL_ROWS)
+        return self if len(self.rows) <= _MOST_ROWS else self.some_rows(_TRIAL_ROWS)
 
-    def _thinned(self, most: int) -> CurrentData:
+    def some_rows(self, most: int) -> CurrentData:
         """Return the data with at most ``most`` rows, dense where the transient is fast."""
         return replace(self, only=self.rows[thinned(self.abscissa, most)])
 
@@ -277,94 +270,10 @@ class CurrentData:
         return bool(((sizes > _ONE_SIZE * largest) | (sizes < (1 - _ONE_SIZE) * largest)).all())
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
+        from .current_fit import fit_alone
+
         self.require_electrode_resistance(held)
-        if not self.may_be_open(kind):
-            return self._fitted(PortModel(kind, held), progress)
-        found = seen_or_open(
-            lambda opened: self._fitted(PortModel(kind, held, opened=opened), progress),
-            lambda found: found.fit,
-            likely=self.opened,
-        )
-        if not found.model.opened:
-            return found
-        return self._with_path(found, progress) or replace(found, fixed={DC: UNSEEN_PATH})
-
-    def _with_path(self, found: IndividualFit, progress: Progress) -> IndividualFit | None:
-        """Return the closer fit with an electron path from where one without ended, if there is one."""
-        data, model = found.data, replace(found.model, opened=False)
-        assert isinstance(data, CurrentData)
-        start = found.model.every(found.fit.values)
-        start[model.names.index(DC)] = 1 / conductance_error(found.fit)
-        with suppress(SolveError):
-            again = fit_near(port_problem((data,), model, (1.0,)), start, progress, _MOST_EVALUATIONS)
-            if again.rms_of(0) < found.rms:
-                closer = IndividualFit(data, model, with_starts(again, found.fit.starts))
-                return data._with_jumps(closer, progress) if unknown(data) else closer
-        return None
-
-    def _fitted(self, model: PortModel, progress: Progress) -> IndividualFit:
-        """Return the fit of a model, its jumps in places."""
-        if not unknown(self) or self.places:
-            return self._from_places(model, progress)
-        return self._by_simpler(model, progress) or self.roughly_placed()._from_places(model, progress)
-
-    def _by_simpler(self, model: PortModel, progress: Progress) -> IndividualFit | None:
-        """Return the fit that begins with the drive's jumps where a simpler model's fit has them, None without one.
-
-        Where it has no minimum there, jumps begin where one relaxation places them. A model contains simpler ones, so
-        that a fit which leaves more than theirs has the jumps in wrong places: then the error is raised.
-        """
-        for simpler in placing_models(model.kind):
-            try:
-                closer = replace(self, rival=math.inf)._fitted(replace(model, kind=electrical_model(simpler)), progress)
-            except SolveError:
-                continue
-            assert isinstance(closer.data, CurrentData)
-            try:
-                return replace(closer.data, rival=self.rival)._from_places(model, progress)
-            except SolveError:
-                found = self.roughly_placed()._from_places(model, progress)
-                if found.rms > FAR_BEHIND * closer.rms:
-                    raise
-                return found
-        return None
-
-    def _from_places(self, model: PortModel, progress: Progress) -> IndividualFit:
-        """Return the fit that begins with the jumps where they are."""
-        first = self._individual(model, progress)
-        if not unknown(self):
-            return first
-        found = self._with_jumps(first, progress)
-        assert isinstance(found.data, CurrentData)
-        if FAR_BEHIND * self.rival < found.rms:
-            return found
-        moved, values = found.data._at_likely_onset(found.model, found.fit.values, progress)
-        if moved is found.data:
-            return found
-        again = fit_near(port_problem((moved,), found.model, (1.0,)), values, progress)
-        return IndividualFit(moved, found.model, with_starts(again, found.fit.starts))
-
-    def _at_likely_onset(self, model: PortModel, values: Array, progress: Progress) -> tuple[Self, Array]:
-        """Return the data at the onset that few of its rows tell, and the values (n,) there; without a ladder the same.
-
-        A ladder's current determines the onset; a sum of exponentials does not, and the onset stays in the middle.
-        """
-        if not (
-            self.bracketed and model.kind.linear and model.port(model.every(values), ANY_LADDER).ladder is not None
-        ):
-            return self, values
-        few = self._thinned(_ONSET_ROWS)
-        near = fit_near(port_problem((few,), model, (1.0,)), values, progress)
-        share = likeliest(near, lambda x: port_problem((few.at_share(x),), model, (1.0,)), BRACKET)
-        return (self.at_share(share) if share else self), near.values
-
-    def _with_jumps(self, found: IndividualFit, progress: Progress) -> IndividualFit:
-        """Return the fit with the drive's later jumps where the current places them."""
-        files = [((self,), (0,))]
-        placing, ((moved, _),), _ = placed(
-            found.fit, files, lambda _, d: d.observation(found.model), progress=progress, rival=self.rival
-        )
-        return IndividualFit(replace(moved[0], rival=math.inf), found.model, placing)
+        return fit_alone(self, kind, held, progress)
 
     def roughly_placed(self) -> Self:
         """Return the data with the drive's jumps where the current places them if one relaxation is taken for it."""
@@ -380,7 +289,7 @@ class CurrentData:
     def rough_residuals(self, kind: ElectricalModel, held: float) -> Array:
         """Return residuals [A] (samples,) of a linear model, fitted from its suggested start alone."""
         few = self.trial()
-        model = PortModel(kind, held, tuple(few._start(kind, held).tolist()))
+        model = PortModel(kind, held, tuple(few.start(kind, held).tolist()))
         found = fit(port_problem((few,), model, (1.0,)), np.array(model.typical), tolerance=_ROUGH)
         return found.residuals if few is self else self.data - self.observation(model).fitted(found.values)
 
@@ -390,7 +299,8 @@ class CurrentData:
         rest = self.channel.at_rest
         return rest.position(rest.slope if self.drifts else 0.0) if rest.count >= LEAST_REST else 0.0
 
-    def _start(self, kind: ElectricalModel, held: float) -> Array:
+    def start(self, kind: ElectricalModel, held: float) -> Array:
+        """Return starting values (n,) of a model, Re ``held`` [ohm]."""
         t, data, offset = self.since, self.data, self._rest_current
         stored = self.nuisance[t >= 0, int(self.has_offset) :]
         try:
@@ -405,28 +315,3 @@ class CurrentData:
 
     def _model_start(self, kind: ElectricalModel, t: Array, values: Array, held: float, stored: Array) -> Array:
         return model_start(kind, t, values, self.drive.from_rest(), held, stored)
-
-    def _individual(self, model: PortModel, progress: Progress) -> IndividualFit:
-        kind = model.kind
-        start = self._start(kind, model.held or 0.0)
-        model, start = replace(model, typical=tuple(start.tolist())), model.fitted(start)
-        problem = port_problem((self,), model, (1.0,))
-        if not self.closed(model):
-            cheap = port_problem((replace(self, accuracy=_ROUGH_ACCURACY),), model, (1.0,))
-            found = fit_from_several(problem, replace(cheap, rough=True), start, progress)
-            return IndividualFit(self, model, found)
-        # multi-start with few samples, then the fit of all
-        values, starts, check = search_starts(problem, lambda at: self.without_engine(model, at), self.since, start)
-        model, data = replace(model, typical=tuple(model.every(values).tolist())), self
-        if not unknown(self):  # else its jumps are yet to be placed
-            data, values = self._at_likely_onset(model, values, progress)
-        problem = port_problem((data,), model, (1.0,))
-        most = None if kind.linear else _MOST_EVALUATIONS
-        found = fit_near(problem, values, progress, most)
-        every = model.every(found.values)
-        ordered = model.fitted(every[kind.order(every)])
-        if not np.array_equal(ordered, found.values):
-            found = fit_near(problem, ordered, progress, most)
-        if not unknown(self):  # else few samples lie elsewhere beside the jumps, as they do beside another onset
-            check(found.values if data is self else values)
-        return IndividualFit(data, model, with_starts(found, starts))

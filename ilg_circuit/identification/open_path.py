@@ -37,15 +37,25 @@ OPEN_PATH = "no electron path is seen: practically an open circuit"
 
 
 def seen_or_open(
-    fitted: Callable[[bool], Fitted], fit_of: Callable[[Fitted], FitResult], *, likely: bool = False
+    fitted: Callable[[bool], Fitted],
+    fit_of: Callable[[Fitted], FitResult],
+    *,
+    likely: bool = False,
+    hopeless: bool = False,
 ) -> Fitted:
     """Return the fit with a model's electron path, or with an open circuit in its place if the data do not show it.
 
-    ``fitted`` returns it with the path open or not, ``fit_of`` its least-squares fit. The open circuit alone is
-    tried if it is ``likely``. Raises SolveError if there is none.
+    ``fitted`` returns it with the path open or not, ``fit_of`` its least-squares fit. The open circuit is tried
+    first if it is ``likely``, and alone if a path is ``hopeless`` where that fails. Raises SolveError if there
+    is none.
     """
     if likely:
-        return fitted(True)
+        try:
+            return fitted(True)
+        except SolveError:
+            if hopeless:
+                raise
+            return fitted(False)
     try:
         found = fitted(False)
     except NotDetermined as error:
