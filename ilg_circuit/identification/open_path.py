@@ -110,7 +110,8 @@ def _most(found: FitResult, data: Sequence[Measured]) -> float:
 def conductance_error(found: FitResult) -> float:
     """Return the standard error [S] of the conductance of an open path, all else free, by its small effect."""
     problem = found.problem
-    small = _SMALL * min(1 / found.by_label()[label] for label in found.labels if "resistance" in label)
+    resistances = (found.by_label()[label] for label in found.labels if "resistance" in label)
+    small = _SMALL / max(resistances, default=1.0)
     there = replace(problem, fixed={**problem.fixed, DC: 1 / small})
     x = found.coordinates[None]
     effect = problem.projected(there.predictions(x)[0] - problem.predictions(x)[0]) / small
