@@ -54,7 +54,7 @@ class Scales:
     def coordinates(self, values: Array) -> Array:
         """Return coordinates (..., n) of ``values`` (..., n)."""
         w = np.where(self.free, 1.0, values - self._lower)
-        logit = np.log(w) - np.where(np.isinf(self._width), 0.0, np.log1p(-w / self._width))
+        logit = np.log(w) - np.log1p(-np.where(np.isinf(self._width), 0.0, w) / self._width)
         return np.where(self.free, values, logit)
 
     def values(self, x: Array) -> Array:

@@ -67,6 +67,13 @@ def test_no_electron_path(model: str, noise: float) -> None:
     assert held >= 0.85 * of
 
 
+def test_an_interval_without_an_end_is_widened_by_an_unknown_onset() -> None:
+    """It warned of infinity divided by infinity."""
+    found = [ilg.identify(record("rc", 1e-2, seed, end=30.0), model="rc", engine="exact") for seed in range(12)]
+    ends = [fit[DC].interval for fit in found]
+    assert any(interval is not None and interval[1] == np.inf for interval in ends)
+
+
 def test_a_path_that_is_seen() -> None:
     found = ilg.identify(record("rc2", 1e-3, 1, conductance=1e-3), onset="first-level", engine="exact")
     assert found.model == "rc2"
