@@ -194,7 +194,7 @@ def spectrum_trial(model: str) -> Trial:
 def step_trial(model: str, *, given: bool = False, opened: bool = False) -> Trial:
     """Currents after a step to 2 V, 301 samples over 60 s after 10 s of rest.
 
-    ``given``: the onset is stated; ``opened``: there is no electron path.
+    ``given``: the onset is stated; ``opened``: there is no electron path, which widens the intervals, too.
     """
     case, kind = (OPEN if opened else STEPS)[model], electrical_model(model)
     port = kind.port(case.values, case.held)
@@ -206,7 +206,7 @@ def step_trial(model: str, *, given: bool = False, opened: bool = False) -> Tria
         table = current_table(port, clock, volts, case.noise, random)
         record = prepare(table, clock.onset if given else None)
         found = identify(record, model=model, electrode_resistance=case.held, engine="exact")
-        allowed = {} if given else _allowed(found, case, SPACING)
+        allowed = {} if given or opened else _allowed(found, case, SPACING)
         return Drawn(intervals_of(found), clock.fraction, allowed)
 
     return trial

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import ilg_circuit as ilg
 from ilg_circuit.findings import codes
+from ilg_circuit.fit.parameter import Parameter, Scales
 from ilg_circuit.identification import Identification
 from ilg_circuit.identification.open_path import DC, largest_conductance
 
@@ -67,11 +68,10 @@ def test_no_electron_path(model: str, noise: float) -> None:
     assert held >= 0.85 * of
 
 
-def test_an_interval_without_an_end_is_widened_by_an_unknown_onset() -> None:
-    """It warned of infinity divided by infinity."""
-    found = [ilg.identify(record("rc", 1e-2, seed, end=30.0), model="rc", engine="exact") for seed in range(12)]
-    ends = [fit[DC].interval for fit in found]
-    assert any(interval is not None and interval[1] == np.inf for interval in ends)
+def test_an_open_end_has_a_coordinate() -> None:
+    """Ends of intervals that are open were infinity over infinity, of which a warning told."""
+    scales = Scales.of([Parameter("resistance"), Parameter("exponent", upper=1.0)])
+    assert scales.coordinates(np.array([np.inf, 0.5])).tolist() == [np.inf, 0.0]
 
 
 def test_a_path_that_is_seen() -> None:
