@@ -117,7 +117,7 @@ def diagnose(
     merged = [f"{k} and {k + 1}" for k, (a, b) in enumerate(pairwise(constants), 1) if not b > _DISTINCT * a]
     matrix = found.correlations
     alike = [(i, j) for i, j in combinations(kept, 2) if abs(matrix[i, j]) > _ALIKE]
-    vague = [k for k in kept if not errors[k] <= _SURE * found.values[k]] if profiles else []
+    vague = [k for k in kept if labels[k] != spared and not errors[k] <= _SURE * found.values[k]] if profiles else []
     return Identifiability(
         parameters=len(kept),
         rank=int((strengths > 1).sum()),

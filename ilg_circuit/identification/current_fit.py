@@ -56,8 +56,10 @@ def _with_path(found: IndividualFit, progress: Progress) -> IndividualFit | None
     """Return the closer fit with an electron path from where one without ended, if there is one."""
     data, model = found.data, replace(found.model, opened=False)
     assert isinstance(data, CurrentData)
-    start = found.model.every(found.fit.values)
-    start[model.names.index(DC)] = 1 / conductance_error(found.fit)
+    start, error = found.model.every(found.fit.values), conductance_error(found.fit)
+    if not error > 0:  # an exact record
+        return None
+    start[model.names.index(DC)] = 1 / error
     with suppress(SolveError):
         again = fit_near(port_problem((data,), model, (1.0,)), start, progress, _MOST_EVALUATIONS)
         if again.rms_of(0) < found.rms:

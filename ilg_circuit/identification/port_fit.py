@@ -163,6 +163,8 @@ def fit_port(
         return PortFit(only.model, (only.data,), (only,), only.fit, only.fixed, only.unfelt)
     individual = tuple(_individual(d, kind, start_re, progress) for d in data)
     data = tuple(i.data for i in individual)
+    if not any(DC in i.values for i in individual):  # an electron path that no file shows is no file's own
+        per_record -= {DC}
 
     def jointly(opened: bool) -> PortFit:
         started = suggestions(kind, data, individual, opened=opened)
