@@ -192,10 +192,7 @@ def spectrum_trial(model: str) -> Trial:
 
 
 def step_trial(model: str, *, given: bool = False, opened: bool = False) -> Trial:
-    """Currents after a step to 2 V, 301 samples over 60 s after 10 s of rest.
-
-    ``given``: the onset is stated; ``opened``: there is no electron path, which widens the intervals, too.
-    """
+    """Currents after a step to 2 V over 60 s, the onset ``given`` or not; ``opened``: there is no electron path."""
     case, kind = (OPEN if opened else STEPS)[model], electrical_model(model)
     port = kind.port(case.values, case.held)
 

@@ -79,7 +79,7 @@ def _by_simpler(data: CurrentData, model: PortModel, progress: Progress) -> Indi
     """Return the fit that begins with the drive's jumps where a simpler model's fit has them, None without one.
 
     Where it has no minimum there, jumps begin where one relaxation places them. A model contains simpler ones, so
-    that a fit which leaves more than theirs has the jumps in wrong places: then the error is raised.
+    that a fit from there which leaves much more than theirs has them in wrong places: then the error is raised.
     """
     for simpler in placing_models(model.kind):
         try:

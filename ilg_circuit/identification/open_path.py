@@ -128,8 +128,8 @@ def largest_conductance(found: FitResult, data: Sequence[Measured]) -> float | N
 
     ``data`` are those of the fit's observations.
     """
-    level = float(student(0.95, max(found.degrees_of_freedom - 1, 1)))
-    return next((x for reach in _REACHES if (x := _limit(found, data, level, reach)) is not None), None)
+    level, most = float(student(0.95, max(found.degrees_of_freedom - 1, 1))), _most(found, data)
+    return next((x for reach in _REACHES if (x := _limit(found, most, level, reach)) is not None), None)
 
 
 def told(found: FitResult, data: Sequence[Measured]) -> str:
@@ -142,15 +142,15 @@ def told(found: FitResult, data: Sequence[Measured]) -> str:
     return f"{reason}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
 
 
-def _limit(found: FitResult, data: Sequence[Measured], level: float, reach: float) -> float | None:
+def _limit(found: FitResult, most: float, level: float, reach: float) -> float | None:
     """Return the conductance [S] at which the root of the deviance, nearly a straight line, reaches a ``level``.
 
-    It is the largest that is reckoned with if that is not excluded; None if no fit ends the range.
+    It is the largest that is reckoned with, ``most`` [S], if that is not excluded; None if no fit ends the range, a
+    part ``reach`` of that.
     """
-    profile = _profile(found, reach * _most(found, data))
+    profile = _profile(found, reach * most)
     roots, places = np.sqrt(profile.deviance), profile.places
     last = int(np.flatnonzero(roots <= level)[-1])
     if last + 1 < len(places):
         return float(np.interp(level, roots[last : last + 2], places[last : last + 2]))
-    most = _most(found, data)
     return most if places[last] > (1 - 1e-6) * most else None

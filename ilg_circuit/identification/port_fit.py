@@ -193,6 +193,7 @@ def on_all_rows(found: PortFit, progress: Progress = None) -> PortFit:
 
 
 def _of_all_rows(found: PortFit, progress: Progress) -> PortFit:
+    """Return the fit of all rows, which is the trial fit if that has them."""
     data = tuple(d.whole for d in found.data)
     if all(len(d.data) == len(few.data) for d, few in zip(data, found.data, strict=True)):
         return found
