@@ -29,6 +29,7 @@ from sets import (
     JUMPS,
     LEVELS,
     OPEN,
+    SLOW,
     SPECTRA,
     STEPS,
     Case,
@@ -81,9 +82,10 @@ def _displacement(_: str) -> dict[str, float]:
     return {"dynamic_resistance": resistance, "capacitance": capacitance, **displacement_truth()}
 
 
-def _open(model: str) -> dict[str, float]:
-    """Of a strip without an electron path, the resistance of both ends of the spectrum is no quantity."""
-    return {name: value for name, value in truth_of(model, OPEN[model]).items() if name != "steady_resistance"}
+def _unseen(cases: Mapping[str, Case]) -> Callable[[str], dict[str, float]]:
+    """Of strips whose electron path may not be seen, the steady resistance is no quantity."""
+    every = _truths(cases)
+    return lambda model: {name: value for name, value in every(model).items() if name != "steady_resistance"}
 
 
 _MOVED = ("dynamic_resistance", "capacitance", "resistance_", "total_capacitance")
@@ -91,7 +93,10 @@ GROUPS = {
     "spectrum": Group(tuple(SPECTRA), spectrum_trial, _truths(SPECTRA)),
     "step": Group(tuple(STEPS), step_trial, _truths(STEPS), moved=_MOVED),
     "step, onset stated": Group(tuple(STEPS), partial(step_trial, given=True), _truths(STEPS)),
-    "step, no electron path": Group(tuple(OPEN), partial(step_trial, opened=True), _open, (0.93, 1.0), _MOVED),
+    "step, no electron path": Group(tuple(OPEN), partial(step_trial, cases=OPEN), _unseen(OPEN), (0.93, 1.0), _MOVED),
+    "step, short record": Group(
+        tuple(SLOW), partial(step_trial, cases=SLOW, samples=150), _unseen(SLOW), (0.93, 1.0), _MOVED
+    ),
     "levels, onset stated": Group(tuple(LEVELS), level_trial, _truths(LEVELS)),
     "levels, jumps between readings": Group(
         tuple(JUMPS), partial(level_trial, given=False), _truths(JUMPS), (0.93, 1.0), _MOVED

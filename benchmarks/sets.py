@@ -103,6 +103,8 @@ STEPS = {
 }
 #: Practically without an electron path.
 OPEN = {name: replace(STEPS[name], values=(1e9, *STEPS[name].values[1:])) for name in ("rc", "rc2")}
+#: Of which a record of 20 s shows little more than one time constant.
+SLOW = {"rc": Case((300.0, 25.0, 0.6), 0.0, 0.005), "rc2": Case((100.0, 30.0, 0.1, 50.0, 0.3), 0.0, 0.005)}
 #: Under both signs and two sizes of voltage, as a nonlinear model needs it.
 LEVELS = {
     "rc+sinh": Case((400.0, 20.0, 0.2, 0.8), 0.0, 0.005),
@@ -191,19 +193,19 @@ def spectrum_trial(model: str) -> Trial:
     return trial
 
 
-def step_trial(model: str, *, given: bool = False, opened: bool = False) -> Trial:
-    """Currents after a step to 2 V over 60 s, the onset ``given`` or not; ``opened``: there is no electron path."""
-    case, kind = (OPEN if opened else STEPS)[model], electrical_model(model)
+def step_trial(model: str, *, given: bool = False, cases: dict[str, Case] = STEPS, samples: int = SAMPLES) -> Trial:
+    """Currents after a step to 2 V, the onset ``given`` or not, of strips among ``cases``."""
+    case, kind = cases[model], electrical_model(model)
     port = kind.port(case.values, case.held)
 
     def trial(k: int) -> Drawn:
         random = random_of(f"step:{model}", k)
-        clock = Clock.of(SAMPLES, RESTING, SPACING, FRACTIONS[k % len(FRACTIONS)])
+        clock = Clock.of(samples, RESTING, SPACING, FRACTIONS[k % len(FRACTIONS)])
         volts = replace(PiecewiseLinear.step(STEP), rest=float(random.choice(REST_LEVELS)))
         table = current_table(port, clock, volts, case.noise, random)
         record = prepare(table, clock.onset if given else None)
         found = identify(record, model=model, electrode_resistance=case.held, engine="exact")
-        allowed = {} if given or opened else _allowed(found, case, SPACING)
+        allowed = {} if given or cases is not STEPS else _allowed(found, case, SPACING)
         return Drawn(intervals_of(found), clock.fraction, allowed)
 
     return trial

@@ -3,33 +3,49 @@
 ``covariance`` is the default: from the slopes at the fit, or by ``autoregression`` if residuals are autocorrelated.
 ``autoregression`` allows for autocorrelation in any case (see `fit.reported`), ``bootstrap`` is a block bootstrap.
 ``profile`` is the profile likelihood; for a parameter where it fails, the autoregression is used if residuals are
-autocorrelated, else the bootstrap. ``mcmc`` are the posterior's quantiles.
+autocorrelated, else the bootstrap. ``mcmc`` are the posterior's quantiles. Where the misfit is no parabola up to the
+ends of the default's interval, slopes at the fit do not tell them: those of cheap problems are the profile's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
-from ..errors import wrong_choice
+import numpy as np
+
+from ..arrays import Array
+from ..errors import IlgError, wrong_choice
 from ..findings import Finding
 from .bootstrap import Bootstrap, block_bootstrap
 from .estimate import Estimate, Method
+from .limits import gain_at_limits, limits
 from .mcmc import sample
 from .problem import Progress
 from .profile import REACH, profile
 from .reported import Reported, widened, widening, with_autocorrelation
 from .result import FitResult
 
+#: Half-width of an interval, in coordinates, below which all intervals of a fit are taken for the slopes'.
+_NARROW = 0.2
+#: Relative difference of the misfit's root at an interval's end from a parabola's above which a profile is computed.
+_BENT = 0.15
+
 
 @dataclass(frozen=True)
 class Uncertainties:
-    """The estimates of one fit by label, findings, and ``details`` of the method by component."""
+    """The estimates of one fit by label, findings, and ``details`` of the method by component.
+
+    ``ends`` are by label the coordinates (2, n) of all values at the ends of profiles that took the place of intervals
+    by slopes.
+    """
 
     estimates: dict[str, Estimate]
     findings: tuple[Finding, ...] = ()
     details: tuple[Mapping[str, Any], ...] = ()
+    ends: Mapping[str, Array] = field(default_factory=dict)
 
 
 def require_method(method: str) -> Method:
@@ -41,18 +57,35 @@ def require_method(method: str) -> Method:
     raise wrong_choice("intervals", method, get_args(Method))
 
 
-def uncertainties(fit: FitResult, method: Method = "covariance", progress: Progress = None) -> Uncertainties:
+def uncertainties(
+    fit: FitResult, method: Method = "covariance", progress: Progress = None, *, cheap: Collection[str] = ()
+) -> Uncertainties:
     """Return the estimates of ``fit`` with intervals by ``method``, component by component.
 
-    Raises InputError if emcee is missing.
+    By the default, those of labels that are ``cheap`` to profile are profiles if the misfit is no parabola up to their
+    ends. Raises InputError if emcee is missing.
     """
     parts = [_of_component(part, method, progress) for part in fit.parts]
+    if method == "covariance" and cheap:
+        parts = [_bent_profiled(part, own, cheap, progress) for part, own in zip(fit.parts, parts, strict=True)]
     every = {label: estimate for part in parts for label, estimate in part.estimates.items()}
     return Uncertainties(
         {label: every[label] for label in fit.labels},
         tuple(finding for part in parts for finding in part.findings),
         tuple(details for part in parts for details in part.details),
+        {
+            label: _among(fit, own, x)
+            for own, part in zip(fit.parts, parts, strict=True)
+            for label, x in part.ends.items()
+        },
     )
+
+
+def _among(fit: FitResult, part: FitResult, ends: Array) -> Array:
+    """Return coordinates (2, n) of all values with those of a ``part`` at the ends (2, k)."""
+    x = np.tile(fit.coordinates, (2, 1))
+    x[:, [fit.labels.index(label) for label in part.labels]] = ends
+    return x
 
 
 def _of_component(fit: FitResult, method: Method, progress: Progress) -> Uncertainties:
@@ -70,6 +103,38 @@ def _of_component(fit: FitResult, method: Method, progress: Progress) -> Uncerta
     if method == "mcmc":
         return _sampled(fit, plain, progress)
     return Uncertainties(plain)
+
+
+def _bent_profiled(fit: FitResult, found: Uncertainties, labels: Collection[str], progress: Progress) -> Uncertainties:
+    """Return estimates with profiles for those of ``labels`` to whose ends the misfit is no parabola.
+
+    There are none where all intervals are narrow.
+    """
+    estimates, coordinates = dict(found.estimates), fit.problem.scales.coordinates
+    limited = np.array([estimates[label].reported[1] for label in fit.labels]).T
+    ends: dict[str, Array] = {}
+    if (np.abs(coordinates(limited) - fit.coordinates) <= _NARROW)[:, [label in labels for label in fit.labels]].all():
+        return found
+    factors = widening(fit).tolist()
+    for k, label in enumerate(fit.labels):
+        if label in labels and _bent(fit, k, factors[k]):
+            own = limits(fit, k, factors[k])
+            estimates[label] = replace(estimates[label], ci95_profile=(own.low, own.high), method="profile")
+            ends[label] = own.coordinates
+            if progress:
+                progress()
+    return replace(found, estimates=estimates, ends=ends)
+
+
+def _bent(fit: FitResult, k: int, widening: float) -> bool:
+    """Return True if the misfit is no parabola up to the ends of an interval by slopes, the others going with it."""
+    x, gain = fit.coordinates, gain_at_limits(fit, widening)
+    along = fit.covariance[: len(x), k] / fit.units * (widening * fit.pooled_errors[k] / fit.covariance[k, k])
+    along *= np.sqrt(gain / fit.sum_of_squares * fit.degrees_of_freedom) / widening
+    with suppress(IlgError):
+        growth = fit.problem.sum_of_squares(np.array([x - along, x + along])) - fit.sum_of_squares
+        return bool(not (np.abs(np.sqrt(np.maximum(growth, 0.0) / gain) - 1) <= _BENT).all())
+    return True
 
 
 def _with_autoregression(estimates: dict[str, Estimate], noise: Reported) -> dict[str, Estimate]:

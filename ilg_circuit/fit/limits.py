@@ -6,16 +6,23 @@ same effect, and a parameter may have none. The criterion is the F test at 95 %.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..arrays import Array
+from ..errors import IlgError
 from .multistart import search
 from .problem import Problem
 from .quantiles import fisher
 from .result import FitResult
 
 #: Largest first step of a logarithm, and the factor of the next ones.
-_FIRST, _GROWTH = 0.05, 1.8
+_FIRST, _GROWTH = 0.15, 2.0
+#: Part of the way to the limit by a straight line that a step goes on beyond it.
+_BEYOND = 1.05
 #: Largest distance of a logarithm within which a limit is searched: a factor of 1e6.
 _REACH = float(np.log(1e6))
 #: Error of a limit, relative to its distance from the fit; least share of a bracket by which it shrinks.
@@ -23,69 +30,125 @@ _CLOSE, _EDGE = 5e-3, 0.1
 #: Range of coordinates that floating-point numbers resolve.
 _RANGE = 100.0
 _EVALUATIONS = 60
+#: Error of a sum of squares, relative to the growth that is searched for.
+_SQUARES = 1e-4
 
 
-def limits(fit: FitResult, k: int, widening: float = 1.0) -> tuple[float, float]:
-    """Return the 95 % limits of value ``k`` of a ``fit``; 0 and infinite where the data give none.
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """The 95 % limits of a value, 0 and infinite where the data give none, and the ``coordinates`` (2, n) there.
+
+    Where there is no limit, coordinates are those at the end of the search.
+    """
+
+    low: float
+    high: float
+    coordinates: Array
+
+
+def limits(fit: FitResult, k: int, widening: float = 1.0) -> Ends:
+    """Return the 95 % limits of value ``k`` of a ``fit``.
 
     ``widening`` is the ratio of reported errors to those of independent residuals, as in `reported.widening`.
     """
-    freedom = fit.degrees_of_freedom
-    gain = fit.sum_of_squares * float(fisher(0.95, 1, freedom)) * widening**2 / freedom
-    ends = [_end(fit, k, side, gain) for side in (-1.0, 1.0)]
+    gain = gain_at_limits(fit, widening)
+    (low, below), (high, above) = (_end(fit, k, side, gain) for side in (-1.0, 1.0))
     lower, upper = fit.problem.moved[k].lower, fit.problem.moved[k].upper
-    return (lower if ends[0] is None else ends[0]), (upper if ends[1] is None else ends[1])
+    return Ends(lower if low is None else low, upper if high is None else high, np.array([below, above]))
 
 
-def least_squares(problem: Problem, start: Array) -> tuple[Array, float]:
-    """Return coordinates (n,) and sum of squares at the end of a descent from coordinates ``start`` (n,)."""
+def gain_at_limits(fit: FitResult, widening: float) -> float:
+    """Return the growth of the sum of squares at 95 % limits, by the F test."""
+    freedom = fit.degrees_of_freedom
+    return fit.sum_of_squares * float(fisher(0.95, 1, freedom)) * widening**2 / freedom
+
+
+def least_squares(problem: Problem, start: Array, tolerance: float = 1e-10) -> tuple[Array, float]:
+    """Return coordinates (n,) and sum of squares at the end of a descent from coordinates ``start`` (n,).
+
+    ``tolerance`` is the relative change of the sum of squares at which it ends.
+    """
     if not len(start):
         return start, float(problem.sum_of_squares(start[None])[0])
 
     def residuals(x: Array) -> Array:
-        return problem.predictions(np.clip(x, -_RANGE, _RANGE)[None])[0] - problem.data
+        with suppress(IlgError):
+            return problem.projected(problem.predictions(np.clip(x, -_RANGE, _RANGE)[None])[0] - problem.data)
+        return np.full(len(problem.data), np.inf)
 
     def jacobian(x: Array) -> Array:
-        return problem.derivatives(np.clip(x, -_RANGE, _RANGE))[1]
+        with suppress(IlgError):
+            return problem.projected(problem.derivatives(np.clip(x, -_RANGE, _RANGE))[1].T).T
+        return np.full((len(problem.data), len(x)), np.inf)
 
-    best = search(residuals, jacobian, [start], tolerance=1e-10, rounding=1e-26, most=_EVALUATIONS, polishes=4).best
+    best = search(residuals, jacobian, [start], tolerance=tolerance, rounding=1e-26, most=_EVALUATIONS, polishes=1).best
     return np.clip(best.parameters, -_RANGE, _RANGE), best.sum_of_squares
 
 
-def _end(fit: FitResult, k: int, side: float, gain: float) -> float | None:
-    """Return the value at which the sum of squares has grown by ``gain``; None where it does not within the reach."""
+def _end(fit: FitResult, k: int, side: float, gain: float) -> tuple[float | None, Array]:
+    """Return the value at which the sum of squares has grown by ``gain``, and all coordinates (n,) there.
+
+    It is None where the sum does not grow so much within the reach.
+    """
     problem, label, centre = fit.problem, fit.labels[k], fit.coordinates
-    rest, limit = np.delete(centre, k), float(np.sqrt(gain))
+    limit, tolerance = float(np.sqrt(gain)), _SQUARES * gain / (fit.sum_of_squares + gain)
+    at: list[tuple[float, Array]] = [(0.0, np.delete(centre, k))]  # other coordinates at known distances
 
     def value(distance: float) -> float:
         x = centre.copy()
         x[k] += side * distance
         return float(problem.scales.values(x)[k])
 
-    def misfit(distance: float) -> tuple[Array, float]:
-        """Return the other coordinates, and the root of the growth, which is about linear in the distance."""
-        found, squares = least_squares(problem.holding(label, value(distance)), rest)
-        return found, float(np.sqrt(max(squares - fit.sum_of_squares, 0.0)))
+    def misfit(distance: float) -> float:
+        """Return the root of the growth, which is about linear in the distance; beyond the limit by two descents."""
+        held = problem.holding(label, value(distance))
+        found, squares = least_squares(held, _towards(at, distance), tolerance)
+        if squares - fit.sum_of_squares > gain:
+            again = least_squares(held, _nearest_below(at, distance), tolerance)
+            found, squares = min((found, squares), again, key=lambda run: run[1])
+        at.append((distance, found))
+        return float(np.sqrt(max(squares - fit.sum_of_squares, 0.0)))
+
+    def ending(distance: float) -> tuple[float, Array]:
+        return value(distance), np.insert(at[-1][1], k, centre[k] + side * distance)
 
     own = float(fit.errors[k] / fit.units[k])
     step = min(2 * own, _FIRST) if np.isfinite(own) and own > 0 else _FIRST
     inside, low = 0.0, 0.0
     while True:
         outside = min(inside + step, _REACH)
-        found, high = misfit(outside)
+        high = misfit(outside)
         if high > limit:
             break
         if outside >= _REACH:
-            return None
-        inside, low, rest, step = outside, high, found, step * _GROWTH
+            return None, ending(outside)[1]
+        straight = (limit - high) / (high - low) if high > low else np.inf
+        step *= float(np.clip(_BEYOND * straight, _EDGE, _GROWTH))
+        inside, low = outside, high
     while outside - inside > _CLOSE * outside:
         share = (limit - low) / (high - low)
         middle = inside + float(np.clip(share, _EDGE, 1 - _EDGE)) * (outside - inside)
-        found, there = misfit(middle)
+        there = misfit(middle)
         if abs(there - limit) < _CLOSE * limit:
-            return value(middle)
+            return ending(middle)
         if there > limit:
             outside, high = middle, there
         else:
-            inside, low, rest = middle, there, found
-    return value((inside + outside) / 2)
+            inside, low = middle, there
+    return ending((inside + outside) / 2)
+
+
+def _towards(at: Sequence[tuple[float, Array]], distance: float) -> Array:
+    """Return coordinates (n,) on a line through those at the two nearest distances, not far from the nearest."""
+    near = sorted(at, key=lambda known: abs(known[0] - distance))
+    first, x = near[0]
+    if len(near) == 1:
+        return x
+    second, y = near[1]
+    share = float(np.clip((distance - first) / (first - second), -1.0, 1.0))
+    return x + share * (x - y)
+
+
+def _nearest_below(at: Sequence[tuple[float, Array]], distance: float) -> Array:
+    """Return the coordinates (n,) at the largest known distance below another."""
+    return max((known for known in at if known[0] < distance), key=lambda known: known[0])[1]

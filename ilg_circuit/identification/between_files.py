@@ -14,16 +14,13 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..fit.estimate import Estimate
+from ..fit.estimate import INTERVALS, Estimate
 from ..fit.quantiles import student
 from ..fit.reported import reported_covariance, reported_freedom
 from ..fit.result import FitResult
 from ..strip.actuator import Uncertainty
 from .observation_fit import ObservationFit
 from .port_fit import PortFit
-
-#: The intervals of an estimate.
-_INTERVALS = ("ci95", "ci95_autoregression", "ci95_bootstrap", "ci95_profile", "ci95_mcmc")
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ class Scatter:
             e = found[name]
             errors = (x and float(np.hypot(x, size * e.value)) for x in (e.stderr, e.bootstrap, e.autoregression))
             stderr, bootstrap, autoregression = errors
-            known = {of: getattr(e, of) for of in _INTERVALS}
+            known = {of: getattr(e, of) for of in INTERVALS}
             ends: dict[str, Any] = {of: x and (min(x[0], low), max(x[1], high)) for of, x in known.items()}
             widened[name] = replace(e, stderr=stderr, bootstrap=bootstrap, autoregression=autoregression, **ends)
         return widened

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,10 @@ _STEP = 1e-4
 _UNFELT = 1e-6
 #: Half-width of an interval of a logarithm above which it is wide.
 _VAGUE = 0.2
+#: Correlation with a profile's value above which a quantity goes with it.
+_ALONG = 0.7
+#: Change of a logarithm at the end of a profile without limit.
+_OPEN = 13.0
 
 Estimates = dict[str, Estimate]
 
@@ -101,10 +106,15 @@ def _as_conductance(found: Estimate) -> Estimate:
     """
 
     def reaching(interval: tuple[float, float] | None) -> tuple[float, float] | None:
-        half = math.log(interval[1] / found.value) if interval is not None else 0.0
-        if interval is None or half <= _VAGUE:
+        if interval is None:
+            return None
+        below, above = (
+            math.log(found.value / interval[0]) if interval[0] else math.inf,
+            math.log(interval[1] / found.value),
+        )
+        if max(below, above) <= _VAGUE:
             return interval
-        return interval[0], found.value / (1 - half) if half < 1 else math.inf
+        return found.value / (1 + below), found.value / (1 - above) if above < 1 else math.inf
 
     return replace(
         found,
@@ -124,7 +134,13 @@ def _held_because(port: PortFit) -> str:
 
 
 def port_quantities(
-    port: PortFit, fit: FitResult, uncertainty: Uncertainty, onsets: Onsets, *, scattered: bool = False
+    port: PortFit,
+    fit: FitResult,
+    uncertainty: Uncertainty,
+    onsets: Onsets,
+    ends: Mapping[str, Array],
+    *,
+    scattered: bool = False,
 ) -> Estimates:
     """Return the quantities derived from the port's parameters, with errors and 95 % intervals.
 
@@ -133,7 +149,8 @@ def port_quantities(
     the slopes of the logarithms. Intervals include the uncertainty of the onset as in `Onsets.widened`, with its
     correlations: an onset that changes R and C in opposite directions does not widen the interval of their product.
     Where parameters are ``scattered`` between files, they include that, too. What follows from held parameters alone
-    has no error, and says so.
+    has no error, and says so. What goes with values whose intervals are profiles has an interval by the ``ends`` of
+    these, see `Uncertainties`.
     """
     values, model = port.values, port.model
     names, averaging = fit.averaging
@@ -163,11 +180,39 @@ def port_quantities(
         for (name, (value, unit)), error, least, most in rows
     }
     estimates["steady_resistance"] = _as_conductance(estimates["steady_resistance"])
+    if ends:
+        spread = fit.covariance[: len(fit.values), : len(fit.values)] / np.outer(fit.values, fit.values)
+        along = _correlations(slopes.T @ averaging, spread)[:, [fit.labels.index(label) for label in ends]]
+        there = np.concatenate([np.log(fit.problem.scales.values(x)) @ averaging.T for x in ends.values()])
+        estimates = _by_profiles(estimates, logarithms(there) - logarithms(logs[None]), along, reach)
     held = "; ".join(f"as {name}: {reason}" for name, reason in port.fixed.items())
     for name, felt in zip(found, np.abs(slopes).max(axis=0) > _UNFELT, strict=True):
         if held and not felt:
             estimates[name] = Estimate(*found[name], fixed_because=held)
     return estimates
+
+
+def _by_profiles(estimates: Estimates, moved: Array, along: Array, reach: Array) -> Estimates:
+    """Return quantities (m,) with intervals by the ends of profiles where they go with the profiles' values.
+
+    ``moved`` (2 g, m) are the changes of their logarithms at both ends of g profiles, ``along`` (m, g) the correlations
+    with the profiles' values, and ``reach`` (2, m) what uncertain onsets add. Where all is linear, the most correlated
+    profile's ends have the correlation's part of the quantity's interval.
+    """
+    found = dict(estimates)
+    for k, (name, e) in enumerate(estimates.items()):
+        share = float(np.abs(along[k]).max())
+        if share > _ALONG and e.ci95 is not None:
+            below, above = -moved[:, k].min() / share + reach[0, k], moved[:, k].max() / share + reach[1, k]
+            low, high = (math.exp(-below) if below < _OPEN else 0.0), (math.exp(above) if above < _OPEN else math.inf)
+            found[name] = replace(e, ci95_profile=(e.value * low, e.value * high), method="profile")
+    return found
+
+
+def _correlations(rows: Array, covariance: Array) -> Array:
+    """Return the correlations (m, n) of linear combinations ``rows`` (m, n) of values with these."""
+    sizes = np.outer(np.sqrt(np.einsum("mi,ij,mj->m", rows, covariance, rows)), np.sqrt(np.diag(covariance)))
+    return np.divide(rows @ covariance, sizes, out=np.zeros_like(sizes), where=sizes > 0)
 
 
 def _following(port: PortFit, moved: dict[str, float]) -> dict[str, tuple[float, str]]:

@@ -190,14 +190,15 @@ def identify(
         uncertainty = scattered(uncertainty, coupling.motion.law, coupling.spread, len(coupling.individual))
     known = uncertainty if port is not None else with_known(uncertainty, strip.uncertainty)
     actuator = replace(actuator, uncertainty=known)
-    estimated = onsets.widened(fit, uncertainties(fit, method, progress))
+    estimated = onsets.widened(fit, uncertainties(fit, method, progress, cheap=joint.cheap))
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
     parameters = scatter.widened(parameters)
     if coupling is not None:
         law_fitted = coupling.motion.law
         parameters = with_signs(parameters, law_fitted)
         each = {source: with_signs(part, law_fitted) for source, part in each.items()}
-    derived = port_quantities(port, fit, uncertainty, onsets, scattered=bool(scatter)) if port is not None else {}
+    bent, some = estimated.ends, bool(scatter)
+    derived = port_quantities(port, fit, uncertainty, onsets, bent, scattered=some) if port is not None else {}
     rows = [onsets.told(row) for row in rows]
     if actuator.uncertainty is not None:
         left = residuals_of(rows)
@@ -206,7 +207,7 @@ def identify(
         derived = {**{n: e for o in rows for n, e in o.derived.items()}, **derived}
     if until is not None and records:
         findings.append(Finding("fitted-until", values={"until": until}))
-    findings += [*about_readings, *(port_findings(port, candidates) if port is not None else ())]
+    findings += [*about_readings, *(port_findings(port, candidates, parameters) if port is not None else ())]
     findings += misfit_findings(rows)
     if len(files) > 1:
         findings += consistency_findings([r for r in rows if r.quantity != "displacement"], without)

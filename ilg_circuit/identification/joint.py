@@ -35,7 +35,7 @@ class Joint:
 
     ``port`` and ``coupling`` are views of it, None without files for them; ``onsets`` are the profiles of uncertain
     onsets. ``judgement`` is an estimate of the difference to a fit by the engine of record, None if that engine was
-    used.
+    used. ``cheap`` are the labels of a port whose effects all have closed forms.
     """
 
     fit: FitResult
@@ -43,6 +43,7 @@ class Joint:
     coupling: CouplingFit | None
     onsets: Onsets
     judgement: Judgement | None
+    cheap: tuple[str, ...]
 
 
 def joined(
@@ -82,7 +83,9 @@ def joined(
         )
         record = replace(found.problem, observations=observations)
         found, judgement = judged(found, record, progress, _rows(data, few))
-    return _views(found, port, coupling, data, together, onsets, judgement)
+    labels = port.fit.labels if port is not None and not costly else ()
+    port, coupling = _views(found, port, coupling, data, together)
+    return Joint(found, port, coupling, onsets, judgement, labels)
 
 
 def _other_beam(coupling: CouplingFit | None, motion: Motion | None, port: PortFit | None) -> Observe | None:
@@ -179,19 +182,18 @@ def _views(
     coupling: CouplingFit | None,
     data: Sequence[Measured],
     together: bool,
-    onsets: Onsets,
-    judgement: Judgement | None,
-) -> Joint:
+) -> tuple[PortFit | None, CouplingFit | None]:
+    """Return the views of port and coupling on the joint fit."""
     if port is None:
-        return Joint(found, None, coupling and replace(coupling, fit=found), onsets, judgement)
+        return None, coupling and replace(coupling, fit=found)
     count, total = len(port.data), len(data)
     moved = tuple(d for d in data[:count] if isinstance(d, PortData))
     if together or coupling is None:
         port = replace(port, data=moved, fit=found)
         coupling = coupling and replace(coupling, fit=found)
-        return Joint(found, port, coupling, onsets, judgement)
+        return port, coupling
     electrical = composed(found.problem.of(range(count)), found.parts)
     mechanical = composed(found.problem.of(range(count, total)), found.parts)
     port = replace(port, data=moved, fit=replace(electrical, starts=port.fit.starts))
     coupling = replace(coupling, fit=replace(mechanical, starts=coupling.fit.starts))
-    return Joint(found, port, coupling, onsets, judgement)
+    return port, coupling

@@ -16,7 +16,7 @@ from ..arrays import Array
 from ..findings import Finding
 from ..fit.bounded import BoundedProfile, matters, profile_bounded
 from ..fit.criteria import structured
-from ..fit.estimate import Estimate
+from ..fit.estimate import INTERVALS, Estimate
 from ..fit.fitting import fit_near, with_starts
 from ..fit.intervals import Uncertainties
 from ..fit.observation import Observation
@@ -102,7 +102,7 @@ class Onsets:
         more = self.reach(reported / fit.units, quantile, lambda x: x)
         spread = np.sqrt(np.diag(self.covariance(fit)))
         scales, estimates = fit.problem.scales, dict(found.estimates)
-        for name in ("ci95", "ci95_bootstrap", "ci95_autoregression", "ci95_profile", "ci95_mcmc"):
+        for name in INTERVALS:
             ends = [getattr(found.estimates[label], name) for label in fit.labels]
             for side in (0, 1):
                 at = np.array([v if e is None else e[side] for e, v in zip(ends, fit.values.tolist(), strict=True)])

@@ -61,10 +61,7 @@ def seen_or_open(
     except NotDetermined as error:
         if DC not in error.labels:
             raise
-        try:
-            return fitted(True)
-        except SolveError:
-            raise error from None
+        return fitted(True)
     fit = fit_of(found)
     at = fit.labels.index(DC)
     if reported_errors(fit)[at] <= _VAGUE * fit.values[at]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from math import isinf
 
 import numpy as np
 
@@ -10,10 +11,9 @@ from ..arrays import Array
 from ..findings import Finding
 from ..fit.coarse import coarse_runs, coarse_step, rounding_covariance
 from ..fit.criteria import structured
-from ..fit.identifiability import DETERMINED
+from ..fit.estimate import Estimate
 from ..fit.misfit import WARN_SPECTRUM
 from ..fit.quantiles import fisher
-from ..fit.reported import reported_errors
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
 from ..measurements.smoothing import noise_level
@@ -41,8 +41,8 @@ _CLOSER = 0.9
 _SAME_BIC = 0.1
 
 
-def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Finding]:
-    """Return findings on the port's residuals, and on parameters that the data do not determine."""
+def port_findings(port: PortFit, candidates: Sequence[Candidate], parameters: Mapping[str, Estimate]) -> list[Finding]:
+    """Return findings on the port's residuals, and on ``parameters`` that the data do not determine."""
     found: list[Finding] = []
     shares = []
     for k, d in enumerate(port.data):
@@ -72,11 +72,8 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
             found.append(Finding("model-lacks", values={"model": port.kind.name, "share": share}))
     if DC in port.fixed:
         found.append(Finding("electron-path-open", values={"reason": port.fixed[DC], "given": port.values[DC]}))
-    elif DC in port.fit.labels:
-        at = port.fit.labels.index(DC)
-        share = float(reported_errors(port.fit)[at] / port.fit.values[at])
-        if share > DETERMINED and port.spared:
-            found.append(Finding("electron-path-vague", values={"share": share}))
+    elif port.spared and (path := parameters[DC]).interval is not None and isinf(path.reported[1][1]):
+        found.append(Finding("electron-path-vague", values={"share": path.reported[0] / path.value}))
     found += start_findings(port.fit.starts)
     chosen = next(c for c in candidates if c.chosen)
     if chosen.identifiability is not None and not chosen.identifiability.determined:

@@ -244,7 +244,8 @@ def _estimates(found: Fitted) -> dict[str, Estimate]:
 
 def _profiled(fit: FitResult, k: int, widening: float, *, bare: bool) -> Estimate:
     """Return the estimate of value ``k`` with an interval by its profile, whose open ends are 0 and infinite."""
-    low, high = limits(fit, k, widening)
+    ends = limits(fit, k, widening)
+    low, high = ends.low, ends.high
     unit, value = fit.problem.moved[k].unit, float(fit.values[k])
     if bare:
         low, value = 0.0, 0.0

@@ -35,9 +35,9 @@ def test_limits_of_a_linear_model_are_those_of_the_f_test(k: int, widening: floa
     freedom = len(T) - 2
     variance = found.sum_of_squares / freedom * np.linalg.inv(BASIS @ BASIS.T)[k, k]
     reach = widening * np.sqrt(fisher.ppf(0.95, 1, freedom) * variance)
-    low, high = limits(found, k, widening)
-    assert low == pytest.approx(found.values[k] - reach, abs=0.01 * reach)
-    assert high == pytest.approx(found.values[k] + reach, abs=0.01 * reach)
+    ends = limits(found, k, widening)
+    assert ends.low == pytest.approx(found.values[k] - reach, abs=0.01 * reach)
+    assert ends.high == pytest.approx(found.values[k] + reach, abs=0.01 * reach)
 
 
 def test_what_the_data_do_not_bound_has_no_upper_limit() -> None:
@@ -48,9 +48,9 @@ def test_what_the_data_do_not_bound_has_no_upper_limit() -> None:
 
     data = 1.0 + 0.01 * np.random.default_rng(1).standard_normal(len(T))
     found = fit(Problem((observation(predict, data, ["b"]),), (Parameter("b"),)), np.array([300.0]))
-    low, high = limits(found, 0)
-    assert low > 100.0
-    assert np.isinf(high)
+    ends = limits(found, 0)
+    assert ends.low > 100.0
+    assert np.isinf(ends.high)
 
 
 def test_derivatives_one_parameter_at_a_time_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:

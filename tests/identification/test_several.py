@@ -362,4 +362,4 @@ def test_the_real_step_split_in_two(shared_data: Callable[[str], Path], tmp_path
     whole = identify(replace(read_record(shared_data("ipmc_step/step_1V5.csv")), displacement=None), model="rc2")
     for name in ("resistance_1", "capacitance_2"):
         assert found.parameters[name].value == pytest.approx(whole.parameters[name].value, rel=0.1)
-    assert found.parameters["resistance_1"].method == "autoregression"
+    assert found.parameters["resistance_1"].autoregression is not None
