@@ -112,9 +112,13 @@ class JumpErrors:
         return self.moves.T @ self.moves
 
     def variances(self, of: Callable[[Array], Array]) -> Array:
-        """Return the variances (m,) of quantities (g, m) that ``of`` computes from coordinates (g, n)."""
-        sets = of(np.vstack([self.coordinates, self.coordinates + self.moves]))
-        return np.asarray(((sets[1:] - sets[0]) ** 2).sum(axis=0))
+        """Return the variances (m,) of quantities (g, m) that ``of`` computes from coordinates (g, n).
+
+        Moves of more than 1, as of what the data do not determine, are taken along a straight line.
+        """
+        sizes = np.maximum(np.abs(self.moves).max(axis=1, keepdims=True), 1.0)
+        sets = of(np.vstack([self.coordinates, self.coordinates + self.moves / sizes]))
+        return np.asarray((((sets[1:] - sets[0]) * sizes) ** 2).sum(axis=0))
 
 
 def _all_widths(measured: MeasuredDrive, onset_width: float) -> Array:

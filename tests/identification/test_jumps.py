@@ -74,6 +74,14 @@ def truth(strip: Actuator) -> dict[str, float]:
     }
 
 
+def test_what_is_not_determined_beside_jumps_has_open_intervals() -> None:
+    """Diffusion named for one branch: a value that jumps move by many decades was zero, and no strip was made."""
+    found = identify(measured(square(np.random.default_rng(8)), 8, None), model="warburg")
+    assert "not-determined" in codes(found.findings)
+    assert found.parameters["diffusion_time"].reported[1] == (0.0, np.inf)
+    assert np.isfinite(found.derived["steady_resistance"].reported[1]).all()
+
+
 def test_an_onset_at_the_end_of_its_interval_stays_in_it() -> None:
     """Rounding led beyond it, where a voltage that is no level has its first reading: no record could be made of it."""
     drive = PiecewiseLinear([0.0, 30.0, 30.0, DURATION], [1.0, 2.0, 0.5, 0.5])
