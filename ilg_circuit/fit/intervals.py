@@ -10,28 +10,27 @@ ends of the default's interval, slopes at the fit do not tell them: those of che
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 from ..errors import IlgError, wrong_choice
 from ..findings import Finding
 from .bootstrap import Bootstrap, block_bootstrap
 from .estimate import Estimate, Method
 from .limits import gain_at_limits, limits
 from .mcmc import sample
-from .problem import Progress
+from .problem import Problem, Progress
 from .profile import REACH, profile
 from .reported import Reported, widened, widening, with_autocorrelation
 from .result import FitResult
 
-#: Half-width of an interval, in coordinates, below which all intervals of a fit are taken for the slopes'.
-_NARROW = 0.2
 #: Relative difference of the misfit's root at an interval's end from a parabola's above which a profile is computed.
 _BENT = 0.15
+#: Steps of the others to the least misfit there.
+_STEPS = 3
 
 
 @dataclass(frozen=True)
@@ -106,18 +105,12 @@ def _of_component(fit: FitResult, method: Method, progress: Progress) -> Uncerta
 
 
 def _bent_profiled(fit: FitResult, found: Uncertainties, labels: Collection[str], progress: Progress) -> Uncertainties:
-    """Return estimates with profiles for those of ``labels`` to whose ends the misfit is no parabola.
-
-    There are none where all intervals are narrow.
-    """
-    estimates, coordinates = dict(found.estimates), fit.problem.scales.coordinates
-    limited = np.array([estimates[label].reported[1] for label in fit.labels]).T
+    """Return estimates with profiles for those of ``labels`` to whose ends the misfit is no parabola."""
+    estimates, factors = dict(found.estimates), widening(fit).tolist()
+    slopes = fit.problem.projected((fit.slopes[:, : len(fit.values)] * fit.units).T).T
     ends: dict[str, Array] = {}
-    if (np.abs(coordinates(limited) - fit.coordinates) <= _NARROW)[:, [label in labels for label in fit.labels]].all():
-        return found
-    factors = widening(fit).tolist()
     for k, label in enumerate(fit.labels):
-        if label in labels and _bent(fit, k, factors[k]):
+        if label in labels and _bent(fit, k, factors[k], slopes):
             own = limits(fit, k, factors[k])
             estimates[label] = replace(estimates[label], ci95_profile=(own.low, own.high), method="profile")
             ends[label] = own.coordinates
@@ -126,15 +119,33 @@ def _bent_profiled(fit: FitResult, found: Uncertainties, labels: Collection[str]
     return replace(found, estimates=estimates, ends=ends)
 
 
-def _bent(fit: FitResult, k: int, widening: float) -> bool:
-    """Return True if the misfit is no parabola up to the ends of an interval by slopes, the others going with it."""
-    x, gain = fit.coordinates, gain_at_limits(fit, widening)
-    along = fit.covariance[: len(x), k] / fit.units * (widening * fit.pooled_errors[k] / fit.covariance[k, k])
-    along *= np.sqrt(gain / fit.sum_of_squares * fit.degrees_of_freedom) / widening
-    with suppress(IlgError):
-        growth = fit.problem.sum_of_squares(np.array([x - along, x + along])) - fit.sum_of_squares
-        return bool(not (np.abs(np.sqrt(np.maximum(growth, 0.0) / gain) - 1) <= _BENT).all())
-    return True
+def _bent(fit: FitResult, k: int, widening: float, slopes: Array) -> bool:
+    """Return True if the misfit is no parabola up to the ends of an interval of value ``k`` by slopes.
+
+    The others go with it along a line, and then by steps with the ``slopes`` (samples, n) by the coordinates.
+    """
+    x, gain, n = fit.coordinates, gain_at_limits(fit, widening), len(fit.values)
+    half = np.sqrt(gain / fit.sum_of_squares * fit.degrees_of_freedom) * fit.pooled_errors[k] / fit.units[k]
+    along = fit.covariance[:n, k] / fit.units * (half * fit.units[k] / fit.covariance[k, k])
+    others = np.arange(n) != k
+    for start in (x - along, x + along):
+        try:
+            growth = _least_near(fit.problem, start, slopes[:, others], others) - fit.sum_of_squares
+        except IlgError:
+            return True
+        if not abs(np.sqrt(max(growth, 0.0) / gain) - 1) <= _BENT:
+            return True
+    return False
+
+
+def _least_near(problem: Problem, x: Array, slopes: Array, moved: Mask) -> float:
+    """Return the least sum of squares near coordinates ``x`` (n,), of few steps of those ``moved`` (n,)."""
+    x, least = x.copy(), np.inf
+    for _ in range(_STEPS):
+        residuals = problem.projected(problem.data - problem.predictions(x[None])[0])
+        least = min(least, float(residuals @ residuals))
+        x[moved] += np.linalg.lstsq(slopes, residuals, rcond=None)[0]
+    return least
 
 
 def _with_autoregression(estimates: dict[str, Estimate], noise: Reported) -> dict[str, Estimate]:

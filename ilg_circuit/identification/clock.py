@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError, argument
-from ..fit.bounded import profile_bounded
+from ..fit.bounded import likeliest_place
 from ..fit.criteria import structured
 from ..fit.fitting import fit_near
 from ..fit.problem import Problem
@@ -198,9 +198,8 @@ def _likeliest(
     def problem(place: float) -> Problem:
         return Problem((at(place).observation(motion),), motion.law.parameters)
 
-    tried = profile_bounded(found, problem, (start - half, start + half), (0,), start=start, looks=_PROFILE_LOOKS)
-    place = float(tried.places[int(np.argmin(tried.deviance))])
-    return at(place), fit_near(problem(place), found.values)
+    place, coordinates = likeliest_place(found, problem, (start - half, start + half), start=start)
+    return at(place), fit_near(problem(place), found.problem.scales.values(coordinates))
 
 
 def _moved(record: Moving, zero: float) -> Moving:
