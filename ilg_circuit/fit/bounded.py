@@ -226,13 +226,18 @@ def likeliest(found: FitResult, at: Callable[[float], Problem], bounds: tuple[fl
 
 
 def likeliest_place(
-    found: FitResult, at: Callable[[float], Problem], bounds: tuple[float, float], *, start: float = 0.0
+    found: FitResult,
+    at: Callable[[float], Problem],
+    bounds: tuple[float, float],
+    moved: Sequence[int] = (0,),
+    *,
+    start: float = 0.0,
 ) -> tuple[float, Array]:
-    """Return the most likely value of a quantity of one observation, and the coordinates (n,) of the fit there.
+    """Return the most likely value of a quantity, and the coordinates (n,) of the fit there.
 
     Its deviance is taken for a parabola near the least one of a few places; arguments as in `profile_bounded`.
     """
-    trial, close = _Trial(found, at, (0,)), _CLOSE * (bounds[1] - bounds[0])
+    trial, close = _Trial(found, at, moved), _CLOSE * (bounds[1] - bounds[0])
     for x in (start, *np.linspace(*bounds, _FIRST).tolist()):
         trial.at(x)
     for _ in range(_PARABOLAS):

@@ -48,7 +48,7 @@ NOT_TOLD = (
 MOST_RATE = 0.03
 #: Alternating search for delay and rate: rounds, tolerance of the delay and span about the previous one (both as
 #: fractions of its bounds), refining passes.
-_ROUNDS, _SAME, _SPAN, _PROFILE_LOOKS = 8, 0.005, 0.3, 2
+_ROUNDS, _SAME, _SPAN = 8, 0.005, 0.3
 #: Fraction of the tried span within which a result counts as inside it.
 _INSIDE = 0.9
 #: Number of parts of a record that are searched for motion.

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import IlgError
-from ..fit.bounded import LEVEL, BoundedProfile, profile_bounded
+from ..fit.bounded import LEVEL, BoundedProfile, likeliest_place, profile_bounded
 from ..fit.estimate import Estimate
 from ..fit.fitting import fit_near, with_starts
 from ..fit.observation import Observation
@@ -103,16 +103,18 @@ def _rate(
         found = _refitted(found, k, observe, d, progress)
         bounds = (d.clock.rate - MOST_RATE, d.clock.rate + MOST_RATE)
         at = partial(_with, found.problem, k, observe, d.at_rate)
-        profile = profile_bounded(found, at, bounds, (k,), start=d.clock.rate, costly=costly)
-        if profile.admitted[0] <= bounds[0] or profile.admitted[1] >= bounds[1]:
-            return None
-        d = d.at_rate(profile.middle)
+        d = d.at_rate(likeliest_place(found, at, bounds, (k,), start=d.clock.rate)[0])
         found = _refitted(found, k, observe, d, progress)
-        profile = profile.knowing(profile.middle, found.coordinates)
         more = float(found.nuisance_of(k)[-1])
         d = d.at_delay(d.delay + more)
         if abs(more) < step:
             break
+    profile = profile_bounded(found, at, bounds, (k,), start=d.clock.rate, costly=costly)
+    if profile.admitted[0] <= bounds[0] or profile.admitted[1] >= bounds[1]:
+        return None
+    d = d.at_rate(profile.middle)
+    found = _refitted(found, k, observe, d, progress)
+    profile = profile.knowing(profile.middle, found.coordinates)
     return found, d, profile
 
 

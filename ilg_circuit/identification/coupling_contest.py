@@ -19,6 +19,7 @@ from .clock import in_step
 from .coupling_together import Together
 from .coupling_trials import Strand, Trial, begun
 from .displacement import fit_displacement
+from .displacement_result import DisplacementFit
 from .film import Moving
 from .motion_laws import EC31, LAWS, MotionLaw
 from .window_search import FEWEST_SAMPLES, WINDOW_RATIO, Begin, WindowSearch, describes
@@ -77,16 +78,18 @@ class Contest:
 
 def strands_of(
     records: Sequence[Moving], actuator: Actuator, delays: Sequence[float | Literal["fit"]], at: Contest
-) -> list[Strand]:
+) -> tuple[list[Strand], dict[str, DisplacementFit]]:
     """Return what the laws are fitted to, of records whose clocks are behind by ``delays`` [s], or are fitted.
 
-    These are fitted with the law that the contest ``at`` chose. A record that cannot be fitted is left out.
+    These are fitted with the law that the contest ``at`` chose; the fits come by source. A record that cannot be fitted
+    is left out.
     """
-    strands = []
+    strands, fits = [], {}
     for record, delay in zip(records, delays, strict=True):
         with suppress(IlgError):  # the fit of this file says why
             if delay == "fit":
                 fitted = fit_displacement(record, actuator, None, delay, at.law, at.begins.get(record.source))
+                fits[record.source] = fitted
                 data, rest = replace(fitted.data, loose=None), fitted.at_rest
             else:
                 own = record.record.own_clock
@@ -94,7 +97,7 @@ def strands_of(
                 search = WindowSearch(moved, actuator, None, 0.0 if own else delay)
                 data, rest = search.base, search.rest
             strands.append(Strand(data, rest, actuator, lumped_elements(actuator).bending_ratio))
-    return strands
+    return strands, fits
 
 
 def chosen_law(fitted: Sequence[Strand], actuator: Actuator, progress: Progress = None) -> Contest:

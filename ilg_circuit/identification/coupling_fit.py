@@ -82,14 +82,16 @@ def fit_coupling(
     findings: list[Finding] = []
     moving = [record for record in records if record.record.displacement is not None]
     law, contest = (EC31, None) if coupling == "auto" else (LAWS[coupling], None)
+    fitted: dict[str, DisplacementFit] = {}
     if coupling == "auto" and moving:
-        contest, findings = _contest_of(moving, actuator, progress, delay)
+        contest, findings, fitted = _contest_of(moving, actuator, progress, delay)
         law = contest.law
     for record in moving:
         try:
             late = record.delay if delay is None else delay
             begin = None if contest is None or law == EC31 else contest.begins.get(record.source)
-            fits.append(fit_displacement(record, actuator, progress, late, law, begin))
+            known = fitted.get(record.source)
+            fits.append(known or fit_displacement(record, actuator, progress, late, law, begin))
             law = fits[0].motion.law  # with the signs of its gains
         except IlgError as error:
             findings.append(Finding("displacement-not-fitted", record.source, {"reason": str(error)}))
@@ -153,30 +155,30 @@ def _apart(found: CouplingFit, problem: Problem, progress: Progress) -> Coupling
 
 def _contest_of(
     records: Sequence[Moving], actuator: Actuator, progress: Progress, delay: float | Literal["fit"] | None
-) -> tuple[Contest, list[Finding]]:
-    """Return the contest of laws for displacements; without rows where the strip is not linear.
+) -> tuple[Contest, list[Finding], dict[str, DisplacementFit]]:
+    """Return the contest of laws for displacements, without rows where the strip is not linear, findings, and fits.
 
     A clock that is to be fitted is that of d(s) at first, and then of the law that was chosen by it, until the law is
-    the same again.
+    the same again. The fits, by source, are those with such clocks, if d(s) was chosen.
     """
     port = lumped_port(actuator)
     if port.electrode_resistance and not port.linear:
-        return Contest(EC31, {}, ()), [Finding("coupling-not-chosen", records[0].source)]
+        return Contest(EC31, {}, ()), [Finding("coupling-not-chosen", records[0].source)], {}
     delays = [record.delay if delay is None else delay for record in records]
     found = Contest(EC31, {}, ())
     for _ in range(_ROUNDS):
-        strands = strands_of(records, actuator, delays, found)
+        strands, fits = strands_of(records, actuator, delays, found)
         before, found = found, chosen_law(strands, actuator, progress)
         if "fit" not in delays or found.law.name == before.law.name:
             break
     subject = records[0].source if len(records) == 1 else ""
     about = _alike(found.rows, subject)
     if found.law == EC31:
-        return found, about
+        return found, about, fits if before.law == EC31 else {}
     rows = "; ".join(row.text for row in found.rows)
     windows = [begin.end for begin in found.begins.values()]
     values = {"law": found.law.text, "window": min(windows), "rows": rows}
-    return found, [Finding("coupling-chosen", subject, values), *about]
+    return found, [Finding("coupling-chosen", subject, values), *about], {}
 
 
 def _alike(rows: Sequence[LawRow], subject: str) -> list[Finding]:
