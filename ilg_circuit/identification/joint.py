@@ -83,7 +83,7 @@ def joined(
         )
         record = replace(found.problem, observations=observations)
         found, judgement = judged(found, record, progress, _rows(data, few))
-    labels = port.fit.labels if port is not None and not costly else ()
+    labels = port.fit.labels if port is not None and port.kind.linear and not costly else ()
     port, coupling = _views(found, port, coupling, data, together)
     return Joint(found, port, coupling, onsets, judgement, labels)
 
