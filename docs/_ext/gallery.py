@@ -38,6 +38,7 @@ ORDER = (
     "outliers_by_name",
     "parameters_and_errors",
     "profile_and_mcmc",
+    "how_long_to_record",
     "prediction_with_a_band",
     "sweep_strips",
     "map_of_a_sweep",

@@ -42,7 +42,8 @@ class Estimate:
     bootstrap, ci95_bootstrap
         Standard error and interval of the block bootstrap.
     ci95_profile, ci95_mcmc
-        Intervals of the profile likelihood (0 or infinite where open) and of MCMC, if they were asked for.
+        Intervals of the profile likelihood (0 or infinite where open), if it was asked for or slopes do not tell the
+        ends, and of MCMC, if it was asked for.
     method : str
         Method of the reported interval.
     note : str

@@ -20,7 +20,7 @@ from ..errors import IlgError, wrong_choice
 from ..findings import Finding
 from .bootstrap import Bootstrap, block_bootstrap
 from .estimate import Estimate, Method
-from .limits import gain_at_limits, limits
+from .limits import LOG_REACH, gain_at_limits, limits
 from .mcmc import sample
 from .problem import Problem, Progress
 from .profile import REACH, profile
@@ -29,8 +29,10 @@ from .result import FitResult
 
 #: Relative difference of the misfit's root at an interval's end from a parabola's above which a profile is computed.
 _BENT = 0.15
-#: Steps of the others to the least misfit there.
-_STEPS = 3
+#: Places of the others at which the least misfit there is sought.
+_PLACES = 3
+#: Residuals that are rounding, relative to the data.
+_EXACT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -105,18 +107,39 @@ def _of_component(fit: FitResult, method: Method, progress: Progress) -> Uncerta
 
 
 def _bent_profiled(fit: FitResult, found: Uncertainties, labels: Collection[str], progress: Progress) -> Uncertainties:
-    """Return estimates with profiles for those of ``labels`` to whose ends the misfit is no parabola."""
-    estimates, factors = dict(found.estimates), widening(fit).tolist()
-    slopes = fit.problem.projected((fit.slopes[:, : len(fit.values)] * fit.units).T).T
-    ends: dict[str, Array] = {}
+    """Return estimates with profiles for those of ``labels`` to whose ends the misfit is no parabola.
+
+    A profile followed along one valley may miss another one: it holds what the others' ends hold of its value. Exact
+    data have none, since their misfit is rounding.
+    """
+    n, size = len(fit.values), float(np.linalg.norm(fit.problem.data))
+    if not np.linalg.norm(fit.residuals) > _EXACT * size:
+        return found
+    slopes = fit.problem.projected((fit.slopes[:, :n] * fit.units).T).T
+    factors, ends = widening(fit).tolist(), {}
     for k, label in enumerate(fit.labels):
         if label in labels and _bent(fit, k, factors[k], slopes):
-            own = limits(fit, k, factors[k])
-            estimates[label] = replace(estimates[label], ci95_profile=(own.low, own.high), method="profile")
-            ends[label] = own.coordinates
+            ends[label] = limits(fit, k, factors[k])
             if progress:
                 progress()
-    return replace(found, estimates=estimates, ends=ends)
+    estimates, every = dict(found.estimates), np.array([own.coordinates for own in ends.values()])
+    for label, own in ends.items():
+        k = fit.labels.index(label)
+        low, high = _held_at(fit, k, every[:, :, k])
+        estimates[label] = replace(
+            estimates[label], ci95_profile=(min(own.low, low), max(own.high, high)), method="profile"
+        )
+    return replace(found, estimates=estimates, ends={label: own.coordinates for label, own in ends.items()})
+
+
+def _held_at(fit: FitResult, k: int, coordinates: Array) -> tuple[float, float]:
+    """Return the least and the largest of the ``coordinates`` of value ``k`` as values; far from the fit its limits."""
+    middle, found = fit.coordinates[k], []
+    for x, far in ((coordinates.min(), -np.inf), (coordinates.max(), np.inf)):
+        at = fit.coordinates.copy()
+        at[k] = x if abs(x - middle) < LOG_REACH else far
+        found.append(float(fit.problem.scales.values(at)[k]))
+    return found[0], found[1]
 
 
 def _bent(fit: FitResult, k: int, widening: float, slopes: Array) -> bool:
@@ -128,23 +151,28 @@ def _bent(fit: FitResult, k: int, widening: float, slopes: Array) -> bool:
     half = np.sqrt(gain / fit.sum_of_squares * fit.degrees_of_freedom) * fit.pooled_errors[k] / fit.units[k]
     along = fit.covariance[:n, k] / fit.units * (half * fit.units[k] / fit.covariance[k, k])
     others = np.arange(n) != k
+    basis, triangle = np.linalg.qr(slopes[:, others])
     for start in (x - along, x + along):
         try:
-            growth = _least_near(fit.problem, start, slopes[:, others], others) - fit.sum_of_squares
-        except IlgError:
+            with np.errstate(all="ignore"):  # far from the fit, where it tells that as well
+                growth = _least_near(fit.problem, start, others, basis, triangle) - fit.sum_of_squares
+        except (IlgError, np.linalg.LinAlgError):
             return True
         if not abs(np.sqrt(max(growth, 0.0) / gain) - 1) <= _BENT:
             return True
     return False
 
 
-def _least_near(problem: Problem, x: Array, slopes: Array, moved: Mask) -> float:
-    """Return the least sum of squares near coordinates ``x`` (n,), of few steps of those ``moved`` (n,)."""
+def _least_near(problem: Problem, x: Array, moved: Mask, basis: Array, triangle: Array) -> float:
+    """Return the least sum of squares near coordinates ``x`` (n,) at few places, after steps of those ``moved`` (n,).
+
+    The steps are by slopes whose QR factors are ``basis`` (samples, n - 1) and ``triangle``.
+    """
     x, least = x.copy(), np.inf
-    for _ in range(_STEPS):
+    for _ in range(_PLACES):
         residuals = problem.projected(problem.data - problem.predictions(x[None])[0])
         least = min(least, float(residuals @ residuals))
-        x[moved] += np.linalg.lstsq(slopes, residuals, rcond=None)[0]
+        x[moved] += np.linalg.solve(triangle, basis.T @ residuals)
     return least
 
 

@@ -24,19 +24,19 @@ _FIRST, _GROWTH = 0.15, 2.0
 #: Part of the way to the limit by a straight line that a step goes on beyond it.
 _BEYOND = 1.05
 #: Largest distance of a logarithm within which a limit is searched: a factor of 1e6.
-_REACH = float(np.log(1e6))
+LOG_REACH = float(np.log(1e6))
 #: Error of a limit, relative to its distance from the fit; least share of a bracket by which it shrinks.
 _CLOSE, _EDGE = 5e-3, 0.1
 #: Range of coordinates that floating-point numbers resolve.
 _RANGE = 100.0
 _EVALUATIONS = 60
-#: Error of a sum of squares, relative to the growth that is searched for.
-_SQUARES = 1e-4
+#: Tolerance of the descents of a search, relative to the growth that is searched for, and of those at its end.
+_ROUGH, _TIGHT = 1e-4, 1e-10
 
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """The 95 % limits of a value, 0 and infinite where the data give none, and the ``coordinates`` (2, n) there.
+    """The 95 % limits of a value, those of its parameter where the data give none, and ``coordinates`` (2, n) there.
 
     Where there is no limit, coordinates are those at the end of the search.
     """
@@ -63,7 +63,7 @@ def gain_at_limits(fit: FitResult, widening: float) -> float:
     return fit.sum_of_squares * float(fisher(0.95, 1, freedom)) * widening**2 / freedom
 
 
-def least_squares(problem: Problem, start: Array, tolerance: float = 1e-10) -> tuple[Array, float]:
+def least_squares(problem: Problem, start: Array, tolerance: float = _TIGHT) -> tuple[Array, float]:
     """Return coordinates (n,) and sum of squares at the end of a descent from coordinates ``start`` (n,).
 
     ``tolerance`` is the relative change of the sum of squares at which it ends.
@@ -81,7 +81,10 @@ def least_squares(problem: Problem, start: Array, tolerance: float = 1e-10) -> t
             return problem.projected(problem.derivatives(np.clip(x, -_RANGE, _RANGE))[1].T).T
         return np.full((len(problem.data), len(x)), np.inf)
 
-    best = search(residuals, jacobian, [start], tolerance=tolerance, rounding=1e-26, most=_EVALUATIONS, polishes=1).best
+    polishes = 1 if tolerance > _TIGHT else 4
+    best = search(
+        residuals, jacobian, [start], rounding=1e-26, tolerance=tolerance, most=_EVALUATIONS, polishes=polishes
+    ).best
     return np.clip(best.parameters, -_RANGE, _RANGE), best.sum_of_squares
 
 
@@ -91,7 +94,7 @@ def _end(fit: FitResult, k: int, side: float, gain: float) -> tuple[float | None
     It is None where the sum does not grow so much within the reach.
     """
     problem, label, centre = fit.problem, fit.labels[k], fit.coordinates
-    limit, tolerance = float(np.sqrt(gain)), _SQUARES * gain / (fit.sum_of_squares + gain)
+    limit, tolerance = float(np.sqrt(gain)), _ROUGH * gain / (fit.sum_of_squares + gain)
     at: list[tuple[float, Array]] = [(0.0, np.delete(centre, k))]  # other coordinates at known distances
 
     def value(distance: float) -> float:
@@ -103,52 +106,57 @@ def _end(fit: FitResult, k: int, side: float, gain: float) -> tuple[float | None
         """Return the root of the growth, which is about linear in the distance; beyond the limit by two descents."""
         held = problem.holding(label, value(distance))
         found, squares = least_squares(held, _towards(at, distance), tolerance)
-        if squares - fit.sum_of_squares > gain:
+        if not squares - fit.sum_of_squares <= gain:
             again = least_squares(held, _nearest_below(at, distance), tolerance)
             found, squares = min((found, squares), again, key=lambda run: run[1])
         at.append((distance, found))
         return float(np.sqrt(max(squares - fit.sum_of_squares, 0.0)))
 
-    def ending(distance: float) -> tuple[float, Array]:
-        return value(distance), np.insert(at[-1][1], k, centre[k] + side * distance)
-
     own = float(fit.errors[k] / fit.units[k])
     step = min(2 * own, _FIRST) if np.isfinite(own) and own > 0 else _FIRST
     inside, low = 0.0, 0.0
     while True:
-        outside = min(inside + step, _REACH)
+        outside = min(inside + step, LOG_REACH)
         high = misfit(outside)
-        if high > limit:
-            break
-        if outside >= _REACH:
-            return None, ending(outside)[1]
-        straight = (limit - high) / (high - low) if high > low else np.inf
-        step *= float(np.clip(_BEYOND * straight, _EDGE, _GROWTH))
-        inside, low = outside, high
-    while outside - inside > _CLOSE * outside:
-        share = (limit - low) / (high - low)
-        middle = inside + float(np.clip(share, _EDGE, 1 - _EDGE)) * (outside - inside)
-        there = misfit(middle)
-        if abs(there - limit) < _CLOSE * limit:
-            return ending(middle)
-        if there > limit:
-            outside, high = middle, there
-        else:
-            inside, low = middle, there
-    return ending((inside + outside) / 2)
+        if high <= limit:
+            if outside >= LOG_REACH:
+                return None, np.insert(at[-1][1], k, centre[k] + side * outside)
+            straight = (limit - high) / (high - low) if high > low else np.inf
+            step *= float(np.clip(_BEYOND * straight, _EDGE, _GROWTH))
+            inside, low = outside, high
+            continue
+        while outside - inside > _CLOSE * outside and outside > _CLOSE * step:
+            share = (limit - low) / (high - low)
+            middle = inside + float(np.clip(share, _EDGE, 1 - _EDGE)) * (outside - inside)
+            there = misfit(middle)
+            if there > limit:
+                outside, high = middle, there
+            else:
+                inside, low = middle, there
+            if abs(there - limit) < _CLOSE * limit:
+                break
+        end = at[-1][0]
+        if tolerance > _TIGHT:  # along a ridge a rough descent ends too soon
+            tolerance = _TIGHT
+            closer = misfit(end)
+            if closer < (1 - 2 * _CLOSE) * limit:
+                inside, low, step = end, closer, max(_EDGE * end, outside - end)
+                continue
+        return value(end), np.insert(at[-1][1], k, centre[k] + side * end)
 
 
 def _towards(at: Sequence[tuple[float, Array]], distance: float) -> Array:
     """Return coordinates (n,) on a line through those at the two nearest distances, not far from the nearest."""
     near = sorted(at, key=lambda known: abs(known[0] - distance))
     first, x = near[0]
-    if len(near) == 1:
+    other = next((known for known in near if known[0] != first), None)
+    if other is None:
         return x
-    second, y = near[1]
+    second, y = other
     share = float(np.clip((distance - first) / (first - second), -1.0, 1.0))
     return x + share * (x - y)
 
 
 def _nearest_below(at: Sequence[tuple[float, Array]], distance: float) -> Array:
-    """Return the coordinates (n,) at the largest known distance below another."""
-    return max((known for known in at if known[0] < distance), key=lambda known: known[0])[1]
+    """Return the coordinates (n,) at the largest known distance up to another, none of which is less than the first."""
+    return max((known for known in at if known[0] <= distance), key=lambda known: known[0])[1]

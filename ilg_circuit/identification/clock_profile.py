@@ -98,19 +98,25 @@ def _rate(
     delay, clock = d.clock.at_onset(d.delay)
     d = replace(d, delay=delay, clock=clock)
     step = _DELAY_STEP * float(np.median(np.diff(d.abscissa)))
+    low, high = bounds = (d.clock.rate - MOST_RATE, d.clock.rate + MOST_RATE)
     for _ in range(_ROUNDS):
         d = replace(d, loose=_slope(found, k, observe, d.at_delay, d.delay, step))
         found = _refitted(found, k, observe, d, progress)
-        bounds = (d.clock.rate - MOST_RATE, d.clock.rate + MOST_RATE)
-        at = partial(_with, found.problem, k, observe, d.at_rate)
-        d = d.at_rate(likeliest_place(found, at, bounds, (k,), start=d.clock.rate)[0])
+        at, start = partial(_with, found.problem, k, observe, d.at_rate), d.clock.rate
+        if costly:
+            place = profile_bounded(found, at, bounds, (k,), start=start, costly=True).middle
+        else:
+            place = likeliest_place(found, at, bounds, (k,), start=start)[0]
+        if not low < place < high:
+            return None
+        d = d.at_rate(place)
         found = _refitted(found, k, observe, d, progress)
         more = float(found.nuisance_of(k)[-1])
         d = d.at_delay(d.delay + more)
         if abs(more) < step:
             break
     profile = profile_bounded(found, at, bounds, (k,), start=d.clock.rate, costly=costly)
-    if profile.admitted[0] <= bounds[0] or profile.admitted[1] >= bounds[1]:
+    if profile.admitted[0] <= low or profile.admitted[1] >= high:
         return None
     d = d.at_rate(profile.middle)
     found = _refitted(found, k, observe, d, progress)

@@ -49,8 +49,8 @@ def fit_alone(data: CurrentData, kind: ElectricalModel, held: float, progress: P
     )
     if not found.model.opened:
         return found
-    hopeless = FAR_BEHIND * data.rival < found.rms
-    return (None if hopeless else _with_path(found, progress)) or replace(found, fixed={DC: UNSEEN_PATH})
+    far_behind = FAR_BEHIND * data.rival < found.rms
+    return (None if far_behind else _with_path(found, progress)) or replace(found, fixed={DC: UNSEEN_PATH})
 
 
 def _with_path(found: IndividualFit, progress: Progress) -> IndividualFit | None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import argument
+from ..errors import IlgError, argument
 from ..fit.estimate import Estimate
 from ..fit.intervals import Uncertainties
 from ..fit.quantiles import student
@@ -108,12 +109,10 @@ def _as_conductance(found: Estimate) -> Estimate:
     def reaching(interval: tuple[float, float] | None) -> tuple[float, float] | None:
         if interval is None:
             return None
-        below, above = (
-            math.log(found.value / interval[0]) if interval[0] else math.inf,
-            math.log(interval[1] / found.value),
-        )
-        if max(below, above) <= _VAGUE:
+        above = math.log(interval[1] / found.value)
+        if above <= _VAGUE:
             return interval
+        below = math.log(found.value / interval[0]) if interval[0] else math.inf
         return found.value / (1 + below), found.value / (1 - above) if above < 1 else math.inf
 
     return replace(
@@ -148,9 +147,9 @@ def port_quantities(
     the model derives, such as time constants, and for one pole the constants of EC (4). Errors are propagated through
     the slopes of the logarithms. Intervals include the uncertainty of the onset as in `Onsets.widened`, with its
     correlations: an onset that changes R and C in opposite directions does not widen the interval of their product.
-    Where parameters are ``scattered`` between files, they include that, too. What follows from held parameters alone
-    has no error, and says so. What goes with values whose intervals are profiles has an interval by the ``ends`` of
-    these, see `Uncertainties`.
+    Where parameters are ``scattered`` between files, they include that, too; else what goes with values whose intervals
+    are profiles has an interval by the ``ends`` of these, see `Uncertainties`. What follows from held parameters alone
+    has no error, and says so.
     """
     values, model = port.values, port.model
     names, averaging = fit.averaging
@@ -180,16 +179,33 @@ def port_quantities(
         for (name, (value, unit)), error, least, most in rows
     }
     estimates["steady_resistance"] = _as_conductance(estimates["steady_resistance"])
-    if ends:
+    moved = (
+        {} if scattered else _at_ends(fit, ends, names, lambda x: logarithms(x @ averaging.T) - logarithms(logs[None]))
+    )
+    if moved:
         spread = fit.covariance[: len(fit.values), : len(fit.values)] / np.outer(fit.values, fit.values)
-        along = _correlations(slopes.T @ averaging, spread)[:, [fit.labels.index(label) for label in ends]]
-        there = np.concatenate([np.log(fit.problem.scales.values(x)) @ averaging.T for x in ends.values()])
-        estimates = _by_profiles(estimates, logarithms(there) - logarithms(logs[None]), along, reach)
+        along = _correlations(slopes.T @ averaging, spread)[:, [fit.labels.index(label) for label in moved]]
+        estimates = _by_profiles(estimates, np.concatenate(list(moved.values())), along, reach)
     held = "; ".join(f"as {name}: {reason}" for name, reason in port.fixed.items())
     for name, felt in zip(found, np.abs(slopes).max(axis=0) > _UNFELT, strict=True):
         if held and not felt:
             estimates[name] = Estimate(*found[name], fixed_because=held)
     return estimates
+
+
+def _at_ends(
+    fit: FitResult, ends: Mapping[str, Array], names: Sequence[str], of: Callable[[Array], Array]
+) -> dict[str, Array]:
+    """Return by label what ``of`` computes from the logarithms (2, n) of values at the ends of profiles.
+
+    Profiles of other parameters than ``names`` are left out, and what ends where no circuit is: at a parameter's limit.
+    """
+    found = {}
+    for label, x in ends.items():
+        with suppress(IlgError):
+            if label in names:
+                found[label] = of(np.log(fit.problem.scales.values(x)))
+    return found
 
 
 def _by_profiles(estimates: Estimates, moved: Array, along: Array, reach: Array) -> Estimates:
@@ -203,7 +219,8 @@ def _by_profiles(estimates: Estimates, moved: Array, along: Array, reach: Array)
     for k, (name, e) in enumerate(estimates.items()):
         share = float(np.abs(along[k]).max())
         if share > _ALONG and e.ci95 is not None:
-            below, above = -moved[:, k].min() / share + reach[0, k], moved[:, k].max() / share + reach[1, k]
+            below = max(-moved[:, k].min(), 0.0) / share + reach[0, k]
+            above = max(moved[:, k].max(), 0.0) / share + reach[1, k]
             low, high = (math.exp(-below) if below < _OPEN else 0.0), (math.exp(above) if above < _OPEN else math.inf)
             found[name] = replace(e, ci95_profile=(e.value * low, e.value * high), method="profile")
     return found
@@ -211,7 +228,7 @@ def _by_profiles(estimates: Estimates, moved: Array, along: Array, reach: Array)
 
 def _correlations(rows: Array, covariance: Array) -> Array:
     """Return the correlations (m, n) of linear combinations ``rows`` (m, n) of values with these."""
-    sizes = np.outer(np.sqrt(np.einsum("mi,ij,mj->m", rows, covariance, rows)), np.sqrt(np.diag(covariance)))
+    sizes = np.outer(_lengths(rows.T, covariance), np.sqrt(np.diag(covariance)))
     return np.divide(rows @ covariance, sizes, out=np.zeros_like(sizes), where=sizes > 0)
 
 

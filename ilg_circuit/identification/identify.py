@@ -197,8 +197,9 @@ def identify(
         law_fitted = coupling.motion.law
         parameters = with_signs(parameters, law_fitted)
         each = {source: with_signs(part, law_fitted) for source, part in each.items()}
-    bent, some = estimated.ends, bool(scatter)
-    derived = port_quantities(port, fit, uncertainty, onsets, bent, scattered=some) if port is not None else {}
+    derived = {}
+    if port is not None:
+        derived = port_quantities(port, fit, uncertainty, onsets, estimated.ends, scattered=bool(scatter))
     rows = [onsets.told(row) for row in rows]
     if actuator.uncertainty is not None:
         left = residuals_of(rows)

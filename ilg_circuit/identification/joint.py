@@ -70,12 +70,12 @@ def joined(
         found = _fit_all(port, coupling, data, motion, per_record, progress)
     else:
         found = _composed(port, coupling)
-    cheap = all(d.closed(port.model) for d in ports) if port is not None else motion is not None and motion.linear
-    costly = not cheap or (together and motion is not None and not motion.linear)
+    closed = all(d.closed(port.model) for d in ports) if port is not None else motion is not None and motion.linear
+    costly = not closed or (together and motion is not None and not motion.linear)
     rival = _other_beam(coupling, motion, port)
     found, data, onsets = settled(found, data, observe, rival=rival, costly=costly, progress=progress)
     judgement = None
-    if any(d.engine == "ngspice" for d in data) and cheap:
+    if any(d.engine == "ngspice" for d in data) and closed:
         few = [d.trial() if isinstance(d, PortData) else d for d in data]
         observations = tuple(
             observe(d, o.sigma, accuracy=_telling(found, k, d))

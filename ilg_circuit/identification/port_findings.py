@@ -12,6 +12,7 @@ from ..findings import Finding
 from ..fit.coarse import coarse_runs, coarse_step, rounding_covariance
 from ..fit.criteria import structured
 from ..fit.estimate import Estimate
+from ..fit.identifiability import DETERMINED
 from ..fit.misfit import WARN_SPECTRUM
 from ..fit.quantiles import fisher
 from ..fit.result import FitResult
@@ -72,8 +73,10 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate], parameters: Ma
             found.append(Finding("model-lacks", values={"model": port.kind.name, "share": share}))
     if DC in port.fixed:
         found.append(Finding("electron-path-open", values={"reason": port.fixed[DC], "given": port.values[DC]}))
-    elif port.spared and (path := parameters[DC]).interval is not None and isinf(path.reported[1][1]):
-        found.append(Finding("electron-path-vague", values={"share": path.reported[0] / path.value}))
+    elif port.spared and (path := parameters[DC]).interval is not None:
+        share = path.reported[0] / path.value
+        if isinf(path.reported[1][1]) or (path.method == "mcmc" and share > DETERMINED):  # samples always end
+            found.append(Finding("electron-path-vague", values={"share": share}))
     found += start_findings(port.fit.starts)
     chosen = next(c for c in candidates if c.chosen)
     if chosen.identifiability is not None and not chosen.identifiability.determined:

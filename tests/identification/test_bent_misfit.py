@@ -13,6 +13,7 @@ import pytest
 from test_no_leak import record, values
 
 import ilg_circuit as ilg
+from ilg_circuit.fit.limits import limits
 from ilg_circuit.fit.profile import profile
 from ilg_circuit.fit.reported import widening
 from ilg_circuit.identification import Identification
@@ -47,10 +48,11 @@ def test_ends_are_those_of_lmfit_s_profiles() -> None:
         one = found(seed)
         assert one.port is not None
         fit = one.port.fit
-        for label, own in zip(fit.labels, profile(fit, widening(fit)), strict=True):
-            estimate = one.parameters[label]
-            if estimate.method == "profile" and not own.failure:
-                assert estimate.ci95_profile == pytest.approx((own.low, own.high), rel=0.02)
+        factors = widening(fit)
+        for k, own in enumerate(profile(fit, factors)):
+            if not own.failure and one.parameters[fit.labels[k]].method == "profile":
+                ends = limits(fit, k, float(factors[k]))
+                assert (ends.low, ends.high) == pytest.approx((own.low, own.high), rel=0.02)
                 compared += 1
     assert compared >= 10
 
@@ -66,10 +68,52 @@ def test_a_path_that_may_be_open_is_told_by_its_interval() -> None:
 
 
 def test_the_steady_resistance_has_the_interval_of_the_path() -> None:
+    compared = 0
     for seed in range(8):
         path, steady = found(seed)[DC], found(seed)["steady_resistance"]
         if path.interval is not None and path.method == "profile":
             assert steady.interval == pytest.approx(path.interval, rel=1e-2)
+            compared += 1
+    assert compared >= 4
+
+
+def test_an_interval_holds_what_other_profiles_hold() -> None:
+    """A profile followed along one valley missed the other, where an end of Rdc's has another resistance."""
+    one = found(1)
+    assert one.port is not None
+    fit = one.port.fit
+    at = fit.labels.index("resistance_2")
+    for label in fit.labels:
+        if one.parameters[label].method == "profile":
+            ends = limits(fit, fit.labels.index(label), float(widening(fit)[fit.labels.index(label)]))
+            low, high = one.parameters["resistance_2"].reported[1]
+            there = fit.problem.scales.values(ends.coordinates)[:, at]
+            assert (low <= there * (1 + 1e-9)).all()
+            assert (there <= high * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("end", [20.0, 60.0])
+@pytest.mark.parametrize("engine", ["exact", "ngspice"])
+def test_exact_records_have_no_profiles(end: float, engine: str) -> None:
+    """Their misfit is rounding, and its profile had no end: a division by zero."""
+    given = record("rc2", 0.0, 0, conductance=0.01, end=end)
+    one = ilg.identify(given, model="rc2", onset="first-level", engine=engine)
+    for name, true in TRUE.items():
+        assert one[name].value == pytest.approx(true, rel=1e-6)
+    assert all(e.method != "profile" for e in one.parameters.values())
+
+
+@pytest.mark.parametrize("noise", [1e-3, 0.03, 0.1])
+def test_a_profile_may_end_at_the_limit_of_an_exponent(noise: float) -> None:
+    """No circuit has an exponent of 1: quantities that follow from such an end are those by slopes."""
+    f, random = np.logspace(-2, 3, 8), np.random.default_rng(0)
+    w = 2j * np.pi * f
+    z = 20 + 1 / (w**0.97 * 1e-3 + 1 / (300 + 50 * np.tanh(np.sqrt(w * 3)) / np.sqrt(w * 3)))
+    z *= 1 + noise * (random.standard_normal(8) + 1j * random.standard_normal(8))
+    one = ilg.identify(frequency=f, impedance=z, model="randles")
+    for estimate in (*one.parameters.values(), *one.derived.values()):
+        if estimate.interval is not None:
+            assert estimate.interval[0] <= estimate.value <= estimate.interval[1]
 
 
 def test_narrow_intervals_are_those_of_slopes() -> None:
