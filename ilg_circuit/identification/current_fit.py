@@ -49,8 +49,7 @@ def fit_alone(data: CurrentData, kind: ElectricalModel, held: float, progress: P
     )
     if not found.model.opened:
         return found
-    far_behind = FAR_BEHIND * data.rival < found.rms
-    return (None if far_behind else _with_path(found, progress)) or replace(found, fixed={DC: UNSEEN_PATH})
+    return _with_path(found, progress) or replace(found, fixed={DC: UNSEEN_PATH})
 
 
 def _with_path(found: IndividualFit, progress: Progress) -> IndividualFit | None:
