@@ -29,7 +29,8 @@ for length in lengths:
     print(f"{length} s: Rdc {fits[-1]['dc_resistance']}")
 
 # %%
-# Intervals over the length of the record; an arrow where the data set no upper limit.
+# Intervals over the length of the record; an arrow where the data set no upper limit. The record of 15 s shows no path
+# at all: an open circuit is fitted in its place.
 
 # sphinx_gallery_alt = "Intervals of path and slow capacitance: open or wide up to 20 s of record, narrow from 45 s."
 figure, panels = plt.subplots(2, sharex=True, layout="constrained")
