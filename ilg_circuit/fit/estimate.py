@@ -92,11 +92,19 @@ class Estimate:
     @property
     def negated(self) -> Estimate:
         """The estimate of the negative of its quantity."""
-        found = replace(self, value=-self.value)
-        for name in INTERVALS:
-            if (ends := getattr(self, name)) is not None:
-                found = replace(found, **{name: (-ends[1], -ends[0])})  # type: ignore[arg-type]
-        return found
+
+        def turned(interval: Interval | None) -> Interval | None:
+            return None if interval is None else (-interval[1], -interval[0])
+
+        return replace(
+            self,
+            value=-self.value,
+            ci95=turned(self.ci95),
+            ci95_bootstrap=turned(self.ci95_bootstrap),
+            ci95_profile=turned(self.ci95_profile),
+            ci95_mcmc=turned(self.ci95_mcmc),
+            ci95_autoregression=turned(self.ci95_autoregression),
+        )
 
     @property
     def reported(self) -> tuple[float, Interval]:
