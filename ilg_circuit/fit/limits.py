@@ -19,8 +19,8 @@ from .problem import Problem
 from .quantiles import fisher
 from .result import FitResult
 
-#: Largest first step of a logarithm, and the factor of the next ones.
-_FIRST, _GROWTH = 0.15, 2.0
+#: First step of a logarithm without slopes, the largest with them, and the factor of the next ones.
+_FIRST, _LARGEST, _GROWTH = 0.15, 0.7, 2.0
 #: Part of the way to the limit by a straight line that a step goes on beyond it.
 _BEYOND = 1.05
 #: Largest distance of a logarithm within which a limit is searched: a factor of 1e6.
@@ -31,7 +31,7 @@ _CLOSE, _EDGE = 5e-3, 0.1
 _RANGE = 100.0
 _EVALUATIONS = 60
 #: Tolerance of the descents of a search, relative to the growth that is searched for, and of those at its end.
-_ROUGH, _TIGHT = 1e-4, 1e-10
+_ROUGH, _CLOSER, _TIGHT = 1e-4, 1e-8, 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ def least_squares(problem: Problem, start: Array, tolerance: float = _TIGHT) -> 
             return problem.projected(problem.derivatives(np.clip(x, -_RANGE, _RANGE))[1].T).T
         return np.full((len(problem.data), len(x)), np.inf)
 
-    polishes = 1 if tolerance > _TIGHT else 4
+    polishes = 0 if tolerance > _TIGHT else 4
     best = search(
         residuals, jacobian, [start], rounding=1e-26, tolerance=tolerance, most=_EVALUATIONS, polishes=polishes
     ).best
@@ -105,15 +105,14 @@ def _end(fit: FitResult, k: int, side: float, gain: float) -> tuple[float | None
     def misfit(distance: float) -> float:
         """Return the root of the growth, which is about linear in the distance; beyond the limit by two descents."""
         held = problem.holding(label, value(distance))
-        found, squares = least_squares(held, _towards(at, distance), tolerance)
+        found, squares = least_squares(held, _towards(at, distance, along), tolerance)
         if not squares - fit.sum_of_squares <= gain:
             again = least_squares(held, _nearest_below(at, distance), tolerance)
             found, squares = min((found, squares), again, key=lambda run: run[1])
         at.append((distance, found))
         return float(np.sqrt(max(squares - fit.sum_of_squares, 0.0)))
 
-    own = float(fit.errors[k] / fit.units[k])
-    step = min(2 * own, _FIRST) if np.isfinite(own) and own > 0 else _FIRST
+    step, along = _by_slopes(fit, k, side, gain)
     inside, low = 0.0, 0.0
     while True:
         outside = min(inside + step, LOG_REACH)
@@ -136,8 +135,8 @@ def _end(fit: FitResult, k: int, side: float, gain: float) -> tuple[float | None
             if abs(there - limit) < _CLOSE * limit:
                 break
         end = at[-1][0]
-        if tolerance > _TIGHT:  # along a ridge a rough descent ends too soon
-            tolerance = _TIGHT
+        if tolerance > _CLOSER:  # along a ridge a rough descent ends too soon
+            tolerance = _CLOSER
             closer = misfit(end)
             if closer < (1 - 2 * _CLOSE) * limit:
                 inside, low, step = end, closer, max(_EDGE * end, outside - end)
@@ -145,13 +144,31 @@ def _end(fit: FitResult, k: int, side: float, gain: float) -> tuple[float | None
         return value(end), np.insert(at[-1][1], k, centre[k] + side * end)
 
 
-def _towards(at: Sequence[tuple[float, Array]], distance: float) -> Array:
-    """Return coordinates (n,) on a line through those at the two nearest distances, not far from the nearest."""
+def _by_slopes(fit: FitResult, k: int, side: float, gain: float) -> tuple[float, Array]:
+    """Return how far value ``k`` may go by the slopes at the fit, and the way (n,) of the others for each unit of that.
+
+    That is a first guess: it is kept within bounds, and zero where slopes say nothing.
+    """
+    n = len(fit.values)
+    own, others = fit.pooled_errors[k] / fit.units[k], np.zeros(n - 1)
+    step = float(own * np.sqrt(gain / fit.sum_of_squares * fit.degrees_of_freedom))
+    if not (np.isfinite(step) and step > 0):
+        return _FIRST, others
+    with np.errstate(all="ignore"):
+        way = np.delete(side * fit.covariance[:n, k] / fit.units[:n], k) / (own * fit.pooled_errors[k])
+    return min(step, _LARGEST), way if np.isfinite(way).all() else others
+
+
+def _towards(at: Sequence[tuple[float, Array]], distance: float, along: Array) -> Array:
+    """Return coordinates (n,) on a line through those at the two nearest distances, not far from the nearest.
+
+    From a single distance the line goes ``along`` (n,).
+    """
     near = sorted(at, key=lambda known: abs(known[0] - distance))
     first, x = near[0]
     other = next((known for known in near if known[0] != first), None)
     if other is None:
-        return x
+        return x + along * (distance - first)
     second, y = other
     share = float(np.clip((distance - first) / (first - second), -1.0, 1.0))
     return x + share * (x - y)
