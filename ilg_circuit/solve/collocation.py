@@ -5,7 +5,8 @@ In every step the states are cubics that fulfil the equations at three points, t
 fast they do. Newton's method solves all steps together: each of its steps is one banded system or, where states do not
 depend on each other, one recursion per state; the last gives the derivatives too. A step is split where its cubic
 misses the equations at its beginning. This is much faster than an engine that goes from step to step, and approximates
-as it does: an engine judges what a fit makes of it.
+as it does: an engine judges what a fit makes of it. The cubics give the states at any time, so that there are as many
+steps as the states need, however many samples are asked for.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ _SIMILAR = 1.5
 #: Steps in the first window of time where Newton's method does not converge for all of them; largest number of windows.
 _WINDOW, _MOST_WINDOWS = 32, 300
 _UNSOLVED = "the port's equations take more steps than are sensible: its values are out of all proportion"
-#: Steps after a jump of the drive, in the shortest time constant, before any are split.
+#: Steps after a corner of the drive, in the shortest time constant, before any are split.
 _FIRST = np.concatenate([[0.0], 0.2 * 2.0 ** np.arange(6)])
 #: Radau IIA: the points of a step, and the weights of their rates for each of them.
 _ROOT = np.sqrt(6.0)
@@ -51,8 +52,12 @@ _WEIGHTS = np.array(
         [(16 - _ROOT) / 36, (16 + _ROOT) / 36, 1 / 9],
     ]
 )
-#: Weights of a step's points for the slope of the cubic through them at its beginning, in steps.
-_SLOPES = np.linalg.inv(_POINTS[:, None] ** np.arange(1, 4))[0]
+#: Coefficients (3, 3) of t, t^2, t^3 of the cubics that are zero where a step begins and 1 at one of its points.
+_CUBICS = np.linalg.inv(_POINTS[:, None] ** np.arange(1, 4))
+#: Where in a step the equations are looked at again, and a polynomial there that is zero at its points and 1 where it
+#: begins, to which what its cubic misses is in proportion.
+_CHECKS = np.array([0.0, 0.4])
+_BETWEEN = np.prod(1 - _CHECKS[:, None] / _POINTS, axis=1)
 
 
 def _cofactors() -> Array:
@@ -132,10 +137,16 @@ class _Solution:
         """The states (m, n) where the steps begin."""
         return np.concatenate([self.start[..., None], self.states[-1, ..., :-1]], axis=-1)
 
-    def at(self, t: Array) -> Array:
-        """Return the states (m, samples) at nodes ``t`` [s]."""
-        ends = np.concatenate([self.start[..., None], self.states[-1]], axis=-1)
-        return np.asarray(ends[..., np.searchsorted(self.mesh.nodes, t)])
+    def at(self, t: Array, jumps: Array | None = None) -> Array:
+        """Return the states (m, samples) at ``t`` [s]; where steps begin they may have jumped by ``jumps`` (m, n)."""
+        steps = np.maximum(np.searchsorted(self.mesh.nodes, t) - 1, 0)
+        along = (t - self.mesh.nodes[steps]) / self.mesh.steps[steps]
+        parts = _CUBICS.T @ along ** np.arange(1, 4)[:, None]
+        before = self.before if jumps is None else self.before + jumps
+        found = (1 - parts.sum(axis=0)) * before[..., steps]
+        for part, states in zip(parts, self.states, strict=True):
+            found += part * states[..., steps]
+        return np.asarray(found)
 
     def missed(self) -> tuple[Array, Array]:
         """Return what the equations miss at the points (3, m, n), and the derivatives of the rates, see `rates`."""
@@ -193,14 +204,17 @@ class _Solution:
 
     def parts(self) -> NDArray[np.intp]:
         """Return the number of parts (n,) into which each step is to be split."""
-        rise = np.tensordot(_SLOPES, self.states - self.before, 1)
-        off = np.abs(rise - self.mesh.steps * self.equations.rates(self.mesh.left, self.before)[0]).max(axis=0)
+        powers, mesh, changes = np.arange(1, 4), self.mesh, self.states - self.before
+        there = self.before + np.tensordot(_CHECKS[:, None] ** powers @ _CUBICS, changes, 1)
+        rise = np.tensordot(powers * _CHECKS[:, None] ** (powers - 1) @ _CUBICS, changes, 1)
+        rates = self.equations.rates(mesh.left + _CHECKS[:, None] * (mesh.right - mesh.left), there)[0]
+        off = np.abs((rise - mesh.steps * rates) / _BETWEEN[:, None, None]).max(axis=(0, 1))
         size = np.abs(self.states).max(initial=1e-300)
         return np.clip(np.ceil((off / (_ACCURACY * size)) ** 0.25), 1, _MOST_PARTS).astype(np.intp)
 
 
 class Nearby:
-    """Holds the last solution under one drive at one set of times, beside which that of a similar port is sought.
+    """Holds the last solution under one drive up to one time, beside which that of a similar port is sought.
 
     A fit asks for similar ports again and again. Answers agree with those without it as far as these are accurate.
     """
@@ -294,12 +308,13 @@ def jump_slopes(
     moved = equations.rates(np.append(drive.rest, after[:-1]), x)[0] - equations.rates(after, x)[0]
     if by_current:  # without charge before the onset, at rest
         moved[:, 0] = -equations.rates(after, x)[0][:, 0]
-    right = np.zeros((3, len(jumps), *solution.states.shape[1:]))
     steps = np.searchsorted(solution.mesh.nodes, jumps)
-    inside = np.flatnonzero(steps < right.shape[-1])
-    right[:, inside, :, steps[inside]] = moved.T[inside, None]
+    inside = np.flatnonzero(steps < len(solution.mesh.steps))
+    begins = np.zeros((len(jumps), *solution.states.shape[1:]))
+    begins[inside, :, steps[inside]] = moved.T[inside]
     still = np.zeros((len(jumps), len(x)))
-    states = replace(solution, start=still, states=solution.changed(solution.missed()[1], right)).at(t)
+    changes = solution.changed(solution.missed()[1], np.tile(begins, (3, 1, 1, 1)))
+    states = replace(solution, start=still, states=changes).at(t, begins)
     j, k = np.nonzero(np.abs(jumps[:, None] - t) <= ON_EDGE * t)  # samples on a jump come behind it
     states[j, :, k] = moved.T[j]
     by_state = equations.answer(drive.value(t), solution.at(t))[1]
@@ -313,7 +328,7 @@ def _by_step(found: list[Array], step: float) -> Array:
 
 
 def _solved(equations: PortEquations, drive: PiecewiseLinear, t: Array, nearby: Nearby) -> _Solution:
-    """Return the solution on a mesh whose nodes hold ``t`` (samples,), and keep it ``nearby``."""
+    """Return the solution up to the last of ``t`` (samples,), and keep it ``nearby``."""
     most = max(drive.largest(), abs(drive.rest))
     law = equations.law
     if law is not None and not equations.by_current and most >= law.largest:
@@ -326,7 +341,7 @@ def _solved(equations: PortEquations, drive: PiecewiseLinear, t: Array, nearby: 
         end = float(t[-1])
         jumps = np.append(0.0, drive.jumps(end))
         close = (jumps[:, None] + _FIRST / equations.own.max()).ravel()
-        nodes = np.unique(np.concatenate([[0.0], drive.breakpoints(end), close[close < end], t]))
+        nodes = np.unique(np.concatenate([[0.0], drive.breakpoints(end), close[close < end], [end]]))
         mesh = _Mesh.of(drive, nodes)
         solution = _split(_Solution(equations, mesh, start, _standing(start, mesh)), drive, bound, _ROUGHLY)
     nearby.keep(solution, anew=guess is None)

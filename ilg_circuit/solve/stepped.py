@@ -44,6 +44,8 @@ _NOISE_NONLINEAR = 1e-10
 _COARSE = 1e-6
 #: Factor by which the error of a smooth nonlinear circuit must be smaller than allowed, for it to be solved once only.
 _UNCHECKED = 3.0
+#: Laws with a kink at zero.
+_KINKED = ("charge", "bent")
 #: Factor by which halving the steps reduces an error at a kink between nodes.
 _HALVED = 8.0
 #: Least charge before or after it passes zero, relative to its largest value; smaller ones are rounding about zero.
@@ -85,7 +87,7 @@ class Batch:
         circuit, self._vectors = copies(nets)
         self._nets, self._drive, self._accuracy, self._linear = nets, drive, accuracy, nets[0].linear
         self._works, self._kinks = works, len(kinks)
-        self._smooth = all(e.law in ("", "sinh") for e in nets[0].elements)
+        self._smooth = not any(e.law in _KINKED for e in nets[0].elements)
         self._modes = modes_of(system) if self._linear else None
         self._direct = system.d[..., :-1] if self._linear else None
         self._text = "\n".join([circuit, *(source.line("external") for source in nets[0].sources)])
