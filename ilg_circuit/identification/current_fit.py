@@ -49,11 +49,14 @@ def fit_alone(data: CurrentData, kind: ElectricalModel, held: float, progress: P
     )
     if not found.model.opened:
         return found
-    return _with_path(found, progress) or replace(found, fixed={DC: UNSEEN_PATH})
+    return _with_path(found, data.rival, progress) or replace(found, fixed={DC: UNSEEN_PATH})
 
 
-def _with_path(found: IndividualFit, progress: Progress) -> IndividualFit | None:
-    """Return the closer fit with an electron path from where one without ended, if there is one."""
+def _with_path(found: IndividualFit, rival: float, progress: Progress) -> IndividualFit | None:
+    """Return the closer fit with an electron path from where one without ended, if there is one.
+
+    Its jumps are placed unless it would stay much further away than a ``rival`` [A].
+    """
     data, model = found.data, replace(found.model, opened=False)
     assert isinstance(data, CurrentData)
     start, error = found.model.every(found.fit.values), conductance_error(found.fit)
@@ -64,7 +67,7 @@ def _with_path(found: IndividualFit, progress: Progress) -> IndividualFit | None
         again = fit_near(port_problem((data,), model, (1.0,)), start, progress, _MOST_EVALUATIONS)
         if again.rms_of(0) < found.rms:
             closer = IndividualFit(data, model, with_starts(again, found.fit.starts))
-            return _with_jumps(data, closer, progress) if unknown(data) else closer
+            return _with_jumps(replace(data, rival=rival), closer, progress) if unknown(data) else closer
     return None
 
 

@@ -42,6 +42,8 @@ _NOISE_UNEVEN = 3e-15
 _NOISE_NONLINEAR = 1e-10
 #: Accuracy above which a linear circuit's grid is coarse enough to gain by nodes at the samples.
 _COARSE = 1e-6
+#: Factor by which nodes between the samples of a nonlinear circuit must be fewer, since its poles may be others later.
+_TRIED = 8.0
 #: Factor by which the error of a smooth nonlinear circuit must be smaller than allowed, for it to be solved once only.
 _UNCHECKED = 3.0
 #: Laws with a kink at zero.
@@ -141,7 +143,7 @@ class Batch:
                 if interpolate and (not self._linear or accuracy > _COARSE):
                     # which saves nodes at the samples, but costs more than these where they are few beside others
                     other = design_grid(poles, self._drive, samples, theta, **one_each)
-                    interpolate = len(grid.nodes) < len(other.nodes)
+                    interpolate = len(grid.nodes) < len(other.nodes) / (1.0 if self._linear else _TRIED)
                     grid = grid if interpolate else other
                 if self._linear and not interpolate:  # where these are samples, closer ones save a run
                     finer_grid = design_grid(poles, self._drive, samples, theta / _EARLIER[stiff], **one_each)
@@ -151,7 +153,7 @@ class Batch:
             values, doubt = at_samples(solved_on, at_nodes, self._drive, self._direct)
             doubt = np.where(self._judged, doubt, 0.0)
             errors = np.maximum(errors, doubt) + self._jump_errors(solved_on, fastest, at_nodes)
-            if not self._linear and coarser is None and self._smooth and (_UNCHECKED * errors <= allowed).all():
+            if not self._linear and self._smooth and (_UNCHECKED * errors <= allowed).all():
                 errors = np.where(self._judged, errors + _NOISE_NONLINEAR, 0.0)
             elif not self._linear:
                 # a kink in a law invalidates the extrapolation: twice the number of steps must give the same result
