@@ -66,8 +66,7 @@ class PortEquations:
         law = self.law
         if law is None:
             return x, np.ones_like(x)
-        w = law.voltage(x)
-        return w, 1 / np.maximum(law.slope(w), 1e-12)
+        return law.inverse(x)
 
     def _across(self, driven: Array, conductance: float) -> tuple[Array, Array]:
         """Return v [V] with i(v) + (conductance + leads) v = ``driven`` [A], i the electrons', and that slope [S]."""

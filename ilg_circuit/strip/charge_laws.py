@@ -27,6 +27,10 @@ THERMAL = 1.380649e-23 * 298.15 / 1.602176634e-19
 _TOLD = 8.0
 #: Voltage, in units of two double layers' thermal ones, below which a steric charge is linear to the last digit.
 _LINEAR = 1e-100
+#: Derivative dx/dv below which a charge no longer rises with the voltage.
+_LEAST_SLOPE = 1e-12
+#: Exponent beyond which a steric law's is taken apart, so that it does not overflow.
+_EXPONENT = 1200.0
 #: Largest exponent of a steric law in a netlist, and a small number that keeps 0/0 out of it.
 _MOST, _LITTLE = 600.0, 1e-6
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(100)
@@ -54,6 +58,11 @@ class ChargeLaw(ABC):
     @abstractmethod
     def slope(self, voltage: ArrayLike) -> Array:
         """Return dx/dv, the differential capacitance over C."""
+
+    def inverse(self, x: ArrayLike) -> tuple[Array, Array]:
+        """Return the voltage [V] at ``x`` [V] and its derivative dv/dx, which is kept below 1e12."""
+        v = self.voltage(x)
+        return v, 1 / np.maximum(self.slope(v), _LEAST_SLOPE)
 
     @property
     @abstractmethod
@@ -111,8 +120,11 @@ class SaturatingLaw(ChargeLaw):
         return np.asarray(self.constant * np.tanh(np.asarray(voltage, dtype=float) / self.constant))
 
     def voltage(self, x: ArrayLike) -> Array:
+        return self.inverse(x)[0]
+
+    def inverse(self, x: ArrayLike) -> tuple[Array, Array]:
         part = np.clip(np.asarray(x, dtype=float) / self.constant, -1 + 1e-15, 1 - 1e-15)
-        return np.asarray(self.constant * np.arctanh(part))
+        return np.asarray(self.constant * np.arctanh(part)), 1 / np.maximum((1 - part) * (1 + part), _LEAST_SLOPE)
 
     def slope(self, voltage: ArrayLike) -> Array:
         return np.asarray(1 / np.cosh(np.asarray(voltage, dtype=float) / self.constant) ** 2)
@@ -149,17 +161,21 @@ class StericLaw(ChargeLaw):
         return np.asarray(np.where(size < _LINEAR, voltage, charge))  # whose square is no number
 
     def voltage(self, x: ArrayLike) -> Array:
+        return self.inverse(x)[0]
+
+    def inverse(self, x: ArrayLike) -> tuple[Array, Array]:
+        # sinh^2 w = (exp(z) - 1)/(2 nu), of which exp(z) is taken out: it may overflow
         half, nu = np.asarray(x, dtype=float) / (4 * THERMAL), self.constant
-        z = 2 * nu * half**2
-        small, large = np.minimum(z, 1.0), np.maximum(z, 1.0)
-        # sqrt(expm1(z)/z) by its series near 0
-        series = 1 + small / 4 + 5 * small**2 / 96 + small**3 / 128
-        ratio = np.sqrt(np.expm1(small) / np.where(small > 0, small, 1.0))
-        near = np.arcsinh(half * np.where(small < 1e-4, series, ratio))
-        # asinh of a large number, by logarithms
-        y = np.log(np.maximum(np.abs(half), _LINEAR)) + 0.5 * (large + np.log1p(-np.exp(-large)) - np.log(large))
-        far = np.sign(half) * (y + np.log1p(np.sqrt(1 + np.exp(-2 * y))))
-        return np.asarray(4 * THERMAL * np.where(z < 1.0, near, far))
+        size = np.abs(half)
+        z = 2 * nu * size**2
+        fallen = np.expm1(-z)
+        rest = -fallen / (2 * nu)
+        root = np.sqrt(rest)
+        w = np.arcsinh(root * np.exp(np.minimum(z, _EXPONENT) / 2)) + np.maximum(z - _EXPONENT, 0.0) / 2
+        linear = size < _LINEAR  # whose square is no number
+        rise = size / np.where(linear, 1.0, root * np.sqrt(1 + fallen + rest))
+        v = 4 * THERMAL * np.copysign(np.where(linear, size, w), half)
+        return np.asarray(v), np.where(linear, 1.0, np.minimum(rise, 1 / _LEAST_SLOPE))
 
     def slope(self, voltage: ArrayLike) -> Array:
         v = np.asarray(voltage, dtype=float)

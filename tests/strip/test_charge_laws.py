@@ -31,6 +31,7 @@ def test_inverse_slope_and_energy(law: ChargeLaw) -> None:
         h = 1e-4 * abs(v)
         rise = (law.charge(v + h) - law.charge(v - h)) / (2 * h)
         assert rise == pytest.approx(float(law.slope(v)), rel=1e-5)
+        assert float(law.inverse(law.charge(v))[1] * law.slope(v)) == pytest.approx(1.0, rel=1e-9)
     for v in (0.05, 1.0):
         expected = quad(lambda u: u * float(law.slope(u)), 0.0, v, epsabs=1e-14, epsrel=1e-12)[0]
         assert float(law.energy(v)) == pytest.approx(expected, rel=1e-6)
