@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import NotDetermined, SolveError
 from ..fit.bounded import BoundedProfile, profile_bounded
+from ..fit.limits import least_squares
 from ..fit.problem import Problem
 from ..fit.quantiles import student
 from ..fit.reported import reported_errors
@@ -32,6 +33,9 @@ _MOST = 0.95
 _ERRORS, _SMALL = 5.0, 1e-3
 #: Parts of it that are tried in turn: far beyond the bound a model may have no fit.
 _REACHES = (1.0, 0.1, 0.01, 1e-3, 1e-4)
+#: Factor of the next place of a search for the bound; its error relative to it; least share of a bracket by which that
+#: shrinks, and the largest number of places.
+_FURTHER, _CLOSE, _EDGE, _ROUNDS = 2.0, 5e-3, 0.1, 60
 UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
 OPEN_PATH = "no electron path is seen: practically an open circuit"
 
@@ -121,12 +125,37 @@ def conductance_error(found: FitResult) -> float:
 
 
 def largest_conductance(found: FitResult, data: Sequence[Measured]) -> float | None:
-    """Return the largest conductance [S] of an open path by its profile (95 %, one-sided), None if nothing limits it.
+    """Return the largest conductance [S] of an open path (95 %, one-sided), at most what is reckoned with.
 
-    ``data`` are those of the fit's observations.
+    That is where the root of the deviance from its least value, nearly a straight line, reaches the quantile: all else
+    is descended to anew at each place, which needs no regular minimum. None of an exact record. ``data`` are those of
+    the fit's observations.
     """
     level, most = float(student(0.95, max(found.degrees_of_freedom - 1, 1))), _most(found, data)
-    return next((x for reach in _REACHES if (x := _limit(found, most, level, reach)) is not None), None)
+    samples = sum(found.independent_samples(k) for k in range(len(found.problem.observations)))
+    place, inside, k = min(conductance_error(found), most), 0.0, 0
+    if not (place > 0 and found.sum_of_squares > 0):
+        return None
+    known = [(inside, found.sum_of_squares, found.coordinates)]
+    for _ in range(_ROUNDS):
+        held = replace(found.problem, fixed={**found.problem.fixed, DC: 1 / place})
+        x, squares = least_squares(held, known[k][2])
+        known = sorted([*known, (place, squares, x)], key=lambda one: one[0])
+        growth = np.array([squares for _, squares, _ in known])
+        roots = np.sqrt((growth / growth.min() - 1) * samples)
+        k = int(np.flatnonzero(roots <= level)[-1])
+        inside = known[k][0]
+        if inside >= most or level - roots[k] < _CLOSE * level:
+            break
+        if k + 1 == len(known):
+            place = min(_FURTHER * place, most)
+            continue
+        outside = known[k + 1][0]
+        if outside - inside < _CLOSE * outside:
+            break
+        share = (level - roots[k]) / (roots[k + 1] - roots[k])
+        place = inside + float(np.clip(share, _EDGE, 1 - _EDGE)) * (outside - inside)
+    return inside
 
 
 def told(found: FitResult, data: Sequence[Measured]) -> str:
@@ -137,17 +166,3 @@ def told(found: FitResult, data: Sequence[Measured]) -> str:
     sizes = [float(np.abs(d.shown(d.data)).max()) for d in data if d.quantity == "impedance"]
     reason = OPEN_PATH if sizes and limit * max(sizes) < 1 else UNSEEN_PATH
     return f"{reason}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
-
-
-def _limit(found: FitResult, most: float, level: float, reach: float) -> float | None:
-    """Return the conductance [S] at which the root of the deviance, nearly a straight line, reaches a ``level``.
-
-    It is the largest that is reckoned with, ``most`` [S], if that is not excluded; None if no fit ends the range, a
-    part ``reach`` of that.
-    """
-    profile = _profile(found, reach * most)
-    roots, places = np.sqrt(profile.deviance), profile.places
-    last = int(np.flatnonzero(roots <= level)[-1])
-    if last + 1 < len(places):
-        return float(np.interp(level, roots[last : last + 2], places[last : last + 2]))
-    return most if places[last] > (1 - 1e-6) * most else None
