@@ -194,7 +194,7 @@ def test_a_second_branch_that_cannot_be_fitted_is_said(monkeypatch: pytest.Monke
 @pytest.mark.parametrize("kind", ["step", "spectrum", "several"])
 def test_an_undetermined_model_asked_for_is_given_with_a_warning(kind: str) -> None:
     """Records of one pole by a model of two; a spectrum of one pole by a model of diffusion."""
-    short = [record(step(u), 30.0, 101, noise=0.003, seed=k).measurement() for k, u in ((44, 4.0), (45, 2.0))]
+    short = [record(step(u), 30.0, 101, noise=0.003, seed=k).measurement() for k, u in ((46, 4.0), (47, 2.0))]
     if kind == "spectrum":
         name, found = "cpe_exponent", identify(spectrum_of_model("rc", 0.005), model="cpe", electrode_resistance=1.0)
     else:
