@@ -132,6 +132,20 @@ def test_windows_of_time_give_what_the_whole_does(monkeypatch: pytest.MonkeyPatc
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
 
 
+@pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize("model", ["rc2+growing", "rc+steric"])
+def test_there_are_as_many_steps_as_the_states_need(model: str, drive: str) -> None:
+    """A hundred times the samples are read from the same steps."""
+    few, many = Nearby(), Nearby()
+    answers([port_of(model)], DRIVES[drive], T, nearby=few)
+    found = answers([port_of(model)], DRIVES[drive], np.linspace(0.0, 20.0, 4001), nearby=many)[0]
+    assert few._found is not None
+    assert many._found is not None
+    assert np.array_equal(few._found.mesh.nodes, many._found.mesh.nodes)
+    assert len(few._found.mesh.steps) < 1000
+    assert found[::100] == pytest.approx(answers([port_of(model)], DRIVES[drive], T)[0], rel=1e-12, abs=1e-15)
+
+
 @pytest.mark.parametrize("model", ["rc+growing", "rc2+growing+sinh", "rc+steric"])
 def test_answers_beside_another_are_the_same(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
     """Ports go far from the first in small steps and in large ones, beside which none is near."""

@@ -100,6 +100,14 @@ def test_small_corners_need_fewer_nodes_than_large_ones() -> None:
     assert few < 0.8 * many
 
 
+def test_modes_that_corners_hardly_excite_take_no_nodes() -> None:
+    """A ladder's modes of three more decades are not followed after the corners of a polygon."""
+    t = np.linspace(0.0, 100.0, 401)
+    drive = PiecewiseLinear(t, np.sin(2 * np.pi * t / 20))
+    slow, fast = (len(design_grid(-np.geomspace(1e-2, end, 25) + 0j, drive, t, 0.3).nodes) for end in (1e6, 1e9))
+    assert fast < 1.1 * slow
+
+
 def test_a_circuit_without_poles_still_has_a_grid() -> None:
     none = np.empty(0, dtype=complex)
     grid = design_grid(none, parse_drive("step:1V", 5.0), np.linspace(0, 5, 11), 0.3)

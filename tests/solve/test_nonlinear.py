@@ -19,6 +19,8 @@ from ilg_circuit.simulation.check import check, require_agreement
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.solve import stepped, transient
+from ilg_circuit.solve.grid import Grid
+from ilg_circuit.solve.ode import port_response
 from ilg_circuit.strip.port import Port
 
 Array = NDArray[np.float64]
@@ -216,6 +218,23 @@ def test_an_error_that_is_not_acceptable_is_a_failure(monkeypatch: pytest.Monkey
         transient(net, drive, t, accuracy=1e-10)
     found = transient(net, drive, t, accuracy=1e-10, acceptable=1e-4)
     assert 1e-10 < found.errors.max() <= 1e-4
+
+
+@pytest.mark.parametrize(("model", "grids"), [("rc+saturating", 1), ("rc+steric", 1), ("rc+growing", 2)])
+def test_a_law_without_a_kink_needs_no_second_grid(monkeypatch: pytest.MonkeyPatch, model: str, grids: int) -> None:
+    """The runs on one grid tell the error of what is smooth; at a kink half the steps must give the same."""
+    port, drive, t = port_of(model), PiecewiseLinear.square(-2.0, 2.0, 12.0, 20.0), np.linspace(0.0, 20.0, 401)
+    solved: list[int] = []
+    extrapolated = stepped.Batch._extrapolated
+
+    def counted(batch: stepped.Batch, grid: Grid, settled: float | None, *, stiff: bool) -> tuple[Array, Array, Array]:
+        solved.append(len(grid.nodes))
+        return extrapolated(batch, grid, settled, stiff=stiff)
+
+    monkeypatch.setattr(stepped.Batch, "_extrapolated", counted)
+    found = transient([port_netlist(port)], drive, t, accuracy=1e-6).output("current")
+    assert len(solved) == grids
+    assert np.abs(found - port_response(port, drive, t)[0]).max() <= 1e-6 * np.abs(found).max()
 
 
 def test_several_nonlinear_ports_at_once_are_each_alone() -> None:
