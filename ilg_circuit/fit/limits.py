@@ -25,13 +25,15 @@ _FIRST, _LARGEST, _GROWTH = 0.15, 0.7, 2.0
 _BEYOND = 1.05
 #: Largest distance of a logarithm within which a limit is searched: a factor of 1e6.
 LOG_REACH = float(np.log(1e6))
+#: Distance of a logarithm up to which others follow by their slopes.
+_FAR = 3.0
 #: Error of a limit, relative to its distance from the fit; least share of a bracket by which it shrinks.
 _CLOSE, _EDGE = 5e-3, 0.1
 #: Range of coordinates that floating-point numbers resolve.
 _RANGE = 100.0
 _EVALUATIONS = 60
 #: Tolerance of the descents of a search, relative to the growth that is searched for, and of those at its end.
-_ROUGH, _CLOSER, _TIGHT = 1e-4, 1e-8, 1e-10
+_ROUGH, _CLOSER, _FINER, _TIGHT = 1e-4, 1e-8, 1e-2, 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +115,7 @@ def _end(fit: FitResult, k: int, side: float, gain: float) -> tuple[float | None
         return float(np.sqrt(max(squares - fit.sum_of_squares, 0.0)))
 
     step, along = _by_slopes(fit, k, side, gain)
-    inside, low = 0.0, 0.0
+    inside, low, rough = 0.0, 0.0, True
     while True:
         outside = min(inside + step, LOG_REACH)
         high = misfit(outside)
@@ -135,8 +137,8 @@ def _end(fit: FitResult, k: int, side: float, gain: float) -> tuple[float | None
             if abs(there - limit) < _CLOSE * limit:
                 break
         end = at[-1][0]
-        if tolerance > _CLOSER:  # along a ridge a rough descent ends too soon
-            tolerance = _CLOSER
+        if rough:  # along a ridge a rough descent ends too soon
+            rough, tolerance = False, min(_CLOSER, _FINER * tolerance)
             closer = misfit(end)
             if closer < (1 - 2 * _CLOSE) * limit:
                 inside, low, step = end, closer, max(_EDGE * end, outside - end)
@@ -147,7 +149,7 @@ def _end(fit: FitResult, k: int, side: float, gain: float) -> tuple[float | None
 def _by_slopes(fit: FitResult, k: int, side: float, gain: float) -> tuple[float, Array]:
     """Return how far value ``k`` may go by the slopes at the fit, and the way (n,) of the others for each unit of that.
 
-    That is a first guess: it is kept within bounds, and zero where slopes say nothing.
+    That is a first guess: the first is kept within bounds, and the others stay where slopes lead them far away.
     """
     n = len(fit.values)
     own, others = fit.pooled_errors[k] / fit.units[k], np.zeros(n - 1)
@@ -155,8 +157,9 @@ def _by_slopes(fit: FitResult, k: int, side: float, gain: float) -> tuple[float,
     if not (np.isfinite(step) and step > 0):
         return _FIRST, others
     with np.errstate(all="ignore"):
-        way = np.delete(side * fit.covariance[:n, k] / fit.units[:n], k) / (own * fit.pooled_errors[k])
-    return min(step, _LARGEST), way if np.isfinite(way).all() else others
+        way = np.delete(side * fit.covariance[:n, k] / fit.units, k) * fit.units[k] / fit.covariance[k, k]
+    step = min(step, _LARGEST)
+    return step, way if (np.abs(way) * step < _FAR).all() else others
 
 
 def _towards(at: Sequence[tuple[float, Array]], distance: float, along: Array) -> Array:

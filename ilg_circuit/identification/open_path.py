@@ -36,6 +36,8 @@ _REACHES = (1.0, 0.1, 0.01, 1e-3, 1e-4)
 #: Factor of the next place of a search for the bound; its error relative to it; least share of a bracket by which that
 #: shrinks, and the largest number of places.
 _FURTHER, _CLOSE, _EDGE, _ROUNDS = 2.0, 5e-3, 0.1, 60
+#: Residuals that are rounding, relative to the data.
+_EXACT = 1e-9
 UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
 OPEN_PATH = "no electron path is seen: practically an open circuit"
 
@@ -134,7 +136,7 @@ def largest_conductance(found: FitResult, data: Sequence[Measured]) -> float | N
     level, most = float(student(0.95, max(found.degrees_of_freedom - 1, 1))), _most(found, data)
     samples = sum(found.independent_samples(k) for k in range(len(found.problem.observations)))
     place, inside, k = min(conductance_error(found), most), 0.0, 0
-    if not (place > 0 and found.sum_of_squares > 0):
+    if not (0 < place < np.inf and found.sum_of_squares > (_EXACT * np.linalg.norm(found.problem.data)) ** 2):
         return None
     known = [(inside, found.sum_of_squares, found.coordinates)]
     for _ in range(_ROUNDS):
@@ -142,7 +144,7 @@ def largest_conductance(found: FitResult, data: Sequence[Measured]) -> float | N
         x, squares = least_squares(held, known[k][2])
         known = sorted([*known, (place, squares, x)], key=lambda one: one[0])
         growth = np.array([squares for _, squares, _ in known])
-        roots = np.sqrt((growth / growth.min() - 1) * samples)
+        roots = np.sqrt((growth / max(growth.min(), np.finfo(float).tiny) - 1) * samples)
         k = int(np.flatnonzero(roots <= level)[-1])
         inside = known[k][0]
         if inside >= most or level - roots[k] < _CLOSE * level:
@@ -155,7 +157,7 @@ def largest_conductance(found: FitResult, data: Sequence[Measured]) -> float | N
             break
         share = (level - roots[k]) / (roots[k + 1] - roots[k])
         place = inside + float(np.clip(share, _EDGE, 1 - _EDGE)) * (outside - inside)
-    return inside
+    return inside or None
 
 
 def told(found: FitResult, data: Sequence[Measured]) -> str:

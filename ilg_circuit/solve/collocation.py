@@ -28,8 +28,8 @@ from .modes import recursion
 from .port_equations import PortEquations
 from .waves import jumps_until
 
-#: What a cubic may miss over a step, relative to the largest state.
-_ACCURACY = 2e-6
+#: What a cubic may miss over a step, relative to the largest state: a current may be a small difference of these.
+_ACCURACY = 2e-7
 #: Change of the states, relative to the largest, at which Newton's method has converged: its square is left. The same
 #: as long as steps are split; the largest number of its steps.
 _CONVERGED, _ROUGHLY, _MOST_STEPS = 1e-6, 1e-2, 20
@@ -40,7 +40,7 @@ _SIMILAR = 1.5
 #: Steps in the first window of time where Newton's method does not converge for all of them; largest number of windows.
 _WINDOW, _MOST_WINDOWS = 32, 300
 _UNSOLVED = "the port's equations take more steps than are sensible: its values are out of all proportion"
-#: Steps after a corner of the drive, in the shortest time constant, before any are split.
+#: Steps after a jump of the drive, in the shortest time constant, before any are split.
 _FIRST = np.concatenate([[0.0], 0.2 * 2.0 ** np.arange(6)])
 #: Radau IIA: the points of a step, and the weights of their rates for each of them.
 _ROOT = np.sqrt(6.0)
@@ -338,7 +338,7 @@ def _solved(equations: PortEquations, drive: PiecewiseLinear, t: Array, nearby: 
     if guess is not None:
         solution = _split(guess, drive, bound, _CONVERGED)
     else:
-        end = float(t[-1])
+        end = float(t.max())
         jumps = np.append(0.0, drive.jumps(end))
         close = (jumps[:, None] + _FIRST / equations.own.max()).ravel()
         nodes = np.unique(np.concatenate([[0.0], drive.breakpoints(end), close[close < end], [end]]))

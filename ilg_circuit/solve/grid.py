@@ -187,13 +187,14 @@ def design_grid(
     interpolate: bool = True,
     linear: bool = True,
     longer: float = 1.0,
+    faint: bool = True,
 ) -> Grid:
     """Return the grid for a circuit (or several, ``poles`` together) under ``drive``, with results at ``samples``.
 
     ``samples`` [s] ascending, >= 0. ``theta`` sets the fineness. Where samples are much denser than the circuit needs
     they are interpolated (if ``interpolate``), elsewhere they are nodes. A jump of the drive lies in the middle of
     steps so short that no mode notices their length; samples on it are extrapolated from the side they belong to. The
-    steps are ``longer`` than usual by this factor.
+    steps are ``longer`` than usual by this factor. If ``faint``, modes that a corner hardly excites take no steps.
     """
     end = float(samples[-1])
     fastest = float(np.abs(poles).max(initial=max(1 / end, drive.angular_frequency())))
@@ -212,7 +213,7 @@ def design_grid(
     longest = float((ends - starts).max(initial=0.0))
     profile = _profile(poles, drive.angular_frequency(), longest, theta)
     bend = np.inf if drive.angular_frequency() else _bend(drive, begins, end)
-    after_kink = profile if bend == np.inf else _profile(poles, 0.0, longest, theta, bend)
+    after_kink = profile if bend == np.inf else _profile(poles, 0.0, longest, theta, bend, faint=faint)
     smallest = max(_FIRST_STEP / fastest, _LEAST_STEP * end)
     pieces: list[Array] = []
     for k in valid:
@@ -289,14 +290,16 @@ def smooth_intervals(poles: ComplexArray, drive: Drive, end: float) -> Array:
     return np.unique(np.append(np.concatenate(pieces), end))
 
 
-def _profile(poles: ComplexArray, omega: float, longest: float, theta: float, bend: float = np.inf) -> Array:
+def _profile(
+    poles: ComplexArray, omega: float, longest: float, theta: float, bend: float = np.inf, *, faint: bool = False
+) -> Array:
     """Return nodes (without the start) of a segment of length ``longest``, by inverting N(t) = integral dt/h(t).
 
-    Modes faster than ``bend`` [1/s] are excited by that ratio less than by a jump, see `_bend`; the fastest so little
-    that steps need not follow them.
+    Modes faster than ``bend`` [1/s] are excited by that ratio less than by a jump, see `_bend`; ``faint`` ones so
+    little that steps need not follow them.
     """
-    faint = _FAINT * (theta / _USUAL) ** 6
-    modes = poles[(np.abs(poles) > 0) & (np.abs(poles) * faint < bend)]
+    least = _FAINT * (theta / _USUAL) ** 6 if faint else 0.0
+    modes = poles[(np.abs(poles) > 0) & (np.abs(poles) * least < bend)]
     if not longest or (not len(modes) and not omega):
         return np.empty(0)
     fastest = np.abs(modes).max(initial=omega)

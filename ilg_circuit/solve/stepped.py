@@ -100,6 +100,24 @@ class Batch:
     def solved(self, poles: ComplexArray, samples: Array, acceptable: float, interpolate: bool) -> tuple[Array, Array]:
         """Return values (n, outputs, t) and errors (n, outputs), refined until accurate, or at last ``acceptable``.
 
+        Modes of a linear circuit that a drive's corners hardly excite take no steps, unless its error stays too large
+        so: a jump before may excite them.
+        """
+        if self._linear:
+            try:
+                return self._in_jumps(poles, samples, acceptable, interpolate, faint=True)
+            except StoppedEarlyError:
+                raise
+            except SolveError:
+                if not len(self._drive.breakpoints(float(samples[-1]))):
+                    raise
+        return self._in_jumps(poles, samples, acceptable, interpolate, faint=False)
+
+    def _in_jumps(
+        self, poles: ComplexArray, samples: Array, acceptable: float, interpolate: bool, *, faint: bool
+    ) -> tuple[Array, Array]:
+        """Return what `solved` does, with steps for modes that corners hardly excite unless these are ``faint``.
+
         ngspice may stop in the short steps of a jump of the drive: longer ones are tried then. And in those of fast
         modes, where a nonlinear circuit's voltages do not settle to their last digits: a few more are left open then.
         """
@@ -109,8 +127,8 @@ class Batch:
         *tried, last = ((longer, left) for left in settled for longer in jumps)
         for how in tried:
             with suppress(StoppedEarlyError):
-                return self._refined(poles, samples, acceptable, interpolate, *how)
-        return self._refined(poles, samples, acceptable, interpolate, *last)
+                return self._refined(poles, samples, acceptable, interpolate, *how, faint)
+        return self._refined(poles, samples, acceptable, interpolate, *last, faint)
 
     def _refined(
         self,
@@ -120,15 +138,16 @@ class Batch:
         interpolate: bool,
         longer: float,
         settled: float | None,
+        faint: bool,
     ) -> tuple[Array, Array]:
-        """Return what `solved` does, with jumps of the drive that take ``longer`` than usual by this factor.
+        """Return what `_in_jumps` does, with jumps of the drive that take ``longer`` than usual by this factor.
 
         Voltages of a nonlinear circuit need not settle by less than ``settled`` [V].
         """
         accuracy = self._accuracy
         theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
         between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes
-        jumps: Any = {"linear": self._linear, "longer": longer}
+        jumps: Any = {"linear": self._linear, "longer": longer, "faint": faint}
         one_each = jumps | {"interpolate": False}
         grid: Grid | None = None
         coarser: Array | None = None

@@ -167,7 +167,8 @@ class StericLaw(ChargeLaw):
         # sinh^2 w = (exp(z) - 1)/(2 nu), of which exp(z) is taken out: it may overflow
         half, nu = np.asarray(x, dtype=float) / (4 * THERMAL), self.constant
         size = np.abs(half)
-        z = 2 * nu * size**2
+        with np.errstate(over="ignore"):
+            z = 2 * nu * size**2
         fallen = np.expm1(-z)
         rest = -fallen / (2 * nu)
         root = np.sqrt(rest)
