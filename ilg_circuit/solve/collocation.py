@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -24,6 +23,7 @@ from ..arrays import Array
 from ..drive import ON_EDGE, PiecewiseLinear
 from ..errors import SolveError
 from ..strip.port import Port
+from .collocation_mesh import POINTS, UNSOLVED, Mesh
 from .modes import recursion
 from .port_equations import PortEquations
 from .waves import jumps_until
@@ -33,18 +33,16 @@ _ACCURACY = 2e-7
 #: Change of the states, relative to the largest, at which Newton's method has converged: its square is left. The same
 #: as long as steps are split; the largest number of its steps.
 _CONVERGED, _ROUGHLY, _MOST_STEPS = 1e-6, 1e-2, 20
-#: Rounds of splitting and of the last convergence; largest number of parts of a step in each; largest number of steps.
-_ROUNDS, _MOST_PARTS, _MOST_NODES = 16, 8, 50_000
+#: Rounds of splitting and of the last convergence; largest number of parts of a step in each.
+_ROUNDS, _MOST_PARTS = 16, 8
 #: Largest factor between rates of two ports of which one begins on the other's mesh.
 _SIMILAR = 1.5
 #: Steps in the first window of time where Newton's method does not converge for all of them; largest number of windows.
 _WINDOW, _MOST_WINDOWS = 32, 300
-_UNSOLVED = "the port's equations take more steps than are sensible: its values are out of all proportion"
 #: Steps after a jump of the drive, in the shortest time constant, before any are split.
 _FIRST = np.concatenate([[0.0], 0.2 * 2.0 ** np.arange(6)])
-#: Radau IIA: the points of a step, and the weights of their rates for each of them.
+#: Radau IIA: the weights of the rates at the points of a step for each of them.
 _ROOT = np.sqrt(6.0)
-_POINTS = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
 _WEIGHTS = np.array(
     [
         [(88 - 7 * _ROOT) / 360, (296 - 169 * _ROOT) / 1800, (-2 + 3 * _ROOT) / 225],
@@ -53,11 +51,11 @@ _WEIGHTS = np.array(
     ]
 )
 #: Coefficients (3, 3) of t, t^2, t^3 of the cubics that are zero where a step begins and 1 at one of its points.
-_CUBICS = np.linalg.inv(_POINTS[:, None] ** np.arange(1, 4))
+_CUBICS = np.linalg.inv(POINTS[:, None] ** np.arange(1, 4))
 #: Where in a step the equations are looked at again, and a polynomial there that is zero at its points and 1 where it
 #: begins, to which what its cubic misses is in proportion.
 _CHECKS = np.array([0.0, 0.4])
-_BETWEEN = np.prod(1 - _CHECKS[:, None] / _POINTS, axis=1)
+_BETWEEN = np.prod(1 - _CHECKS[:, None] / POINTS, axis=1)
 
 
 def _cofactors() -> Array:
@@ -82,45 +80,6 @@ _COFACTORS = _cofactors()
 
 
 @dataclass(frozen=True)
-class _Mesh:
-    """``nodes`` (n + 1,) [s] and the source where each of the n steps begins and ends, between which it is straight."""
-
-    nodes: Array
-    left: Array
-    right: Array
-
-    @classmethod
-    def of(cls, drive: PiecewiseLinear, nodes: Array) -> _Mesh:
-        left = drive.value(nodes[:-1])
-        middle = drive.value((nodes[:-1] + nodes[1:]) / 2)
-        return cls(nodes, left, 2 * middle - left)
-
-    @cached_property
-    def steps(self) -> Array:
-        return np.diff(self.nodes)
-
-    @cached_property
-    def source(self) -> Array:
-        """The source at the points of the steps (3, n)."""
-        return self.left + _POINTS[:, None] * (self.right - self.left)
-
-    @cached_property
-    def points(self) -> Array:
-        """The times [s] of the points of the steps (3, n)."""
-        times = self.nodes[:-1] + _POINTS[:, None] * self.steps
-        times[-1] = self.nodes[1:]
-        return times
-
-    def split(self, drive: PiecewiseLinear, parts: NDArray[np.intp]) -> _Mesh:
-        """Return the mesh with every step in so many equal parts (n,). Raises SolveError for too many of them."""
-        if parts.sum() > _MOST_NODES:
-            raise SolveError(_UNSOLVED)
-        inner = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-        begins = np.repeat(self.nodes[:-1], parts) + inner * np.repeat(self.steps / parts, parts)
-        return _Mesh.of(drive, np.append(begins, self.nodes[-1]))
-
-
-@dataclass(frozen=True)
 class _Solution:
     """The states of ``equations`` on a ``mesh``: the ``start`` (m,), and ``states`` (3, m, n) at its steps' points.
 
@@ -128,7 +87,7 @@ class _Solution:
     """
 
     equations: PortEquations
-    mesh: _Mesh
+    mesh: Mesh
     start: Array
     states: Array
 
@@ -342,7 +301,7 @@ def _solved(equations: PortEquations, drive: PiecewiseLinear, t: Array, nearby: 
         jumps = np.append(0.0, drive.jumps(end))
         close = (jumps[:, None] + _FIRST / equations.own.max()).ravel()
         nodes = np.unique(np.concatenate([[0.0], drive.breakpoints(end), close[close < end], [end]]))
-        mesh = _Mesh.of(drive, nodes)
+        mesh = Mesh.of(drive, nodes)
         solution = _split(_Solution(equations, mesh, start, _standing(start, mesh)), drive, bound, _ROUGHLY)
     nearby.keep(solution, anew=guess is None)
     return solution
@@ -363,10 +322,10 @@ def _split(guess: _Solution, drive: PiecewiseLinear, bound: float, converged: fl
             return solution
         else:
             guess, converged = solution, _CONVERGED
-    raise SolveError(_UNSOLVED)
+    raise SolveError(UNSOLVED)
 
 
-def _standing(state: Array, mesh: _Mesh) -> Array:
+def _standing(state: Array, mesh: Mesh) -> Array:
     """Return a guess (3, m, n) of states that stay what they are (m,)."""
     return np.tile(state[:, None], (3, 1, len(mesh.steps)))
 
@@ -387,14 +346,14 @@ def _newton(guess: _Solution, bound: float, converged: float = _CONVERGED) -> _S
     return None
 
 
-def _in_windows(equations: PortEquations, drive: PiecewiseLinear, mesh: _Mesh, start: Array, bound: float) -> _Solution:
+def _in_windows(equations: PortEquations, drive: PiecewiseLinear, mesh: Mesh, start: Array, bound: float) -> _Solution:
     """Return the solution by one window of time after the other, as long as Newton's method converges in each.
 
     A single step where it does not is split. Raises SolveError for too many windows.
     """
     states, first, width, before = [], 0, _WINDOW, start
     for _ in range(_MOST_WINDOWS):
-        window = _Mesh.of(drive, mesh.nodes[first : first + width + 1])
+        window = Mesh.of(drive, mesh.nodes[first : first + width + 1])
         guess = _standing(before, window)
         found = _newton(_Solution(equations, window, before, guess), bound)
         if found is not None:
@@ -408,4 +367,4 @@ def _in_windows(equations: PortEquations, drive: PiecewiseLinear, mesh: _Mesh, s
             parts = np.ones(len(mesh.steps), dtype=np.intp)
             parts[first] = _MOST_PARTS
             mesh = mesh.split(drive, parts)
-    raise SolveError(_UNSOLVED)
+    raise SolveError(UNSOLVED)

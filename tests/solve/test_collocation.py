@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.identification.modal import STEP, perturbed
-from ilg_circuit.solve import collocation
+from ilg_circuit.solve import collocation, collocation_mesh
 from ilg_circuit.solve.collocation import Nearby, answer_slopes, answers
 from ilg_circuit.solve.ode import port_response
 from ilg_circuit.strip.models import electrical_model
@@ -106,7 +106,7 @@ def test_ports_of_all_proportions_are_solved(
 
 
 def test_a_port_out_of_all_proportion_is_no_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(collocation, "_MOST_NODES", 10)
+    monkeypatch.setattr(collocation_mesh, "_MOST", 10)
     hard, easy = port_of("rc+steric"), port_of("rc+growing")
     few = np.array([0.0, 10.0, 20.0])
     found = answers([hard, easy], DRIVES["square"], few)
